@@ -1,0 +1,126 @@
+//! Candidates and their costs.
+
+use std::cmp::Ordering;
+
+/// Candidates of one length, stored one after another.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Population {
+    dimension: usize,
+    values: Vec<f64>,
+}
+
+impl Population {
+    /// An empty population of candidates with `dimension` values each.
+    pub fn new(dimension: usize) -> Self {
+        Self {
+            dimension,
+            values: Vec::new(),
+        }
+    }
+
+    /// A population of one candidate.
+    pub fn single(candidate: &[f64]) -> Self {
+        Self {
+            dimension: candidate.len(),
+            values: candidate.to_vec(),
+        }
+    }
+
+    /// Adds a candidate.
+    ///
+    /// # Panics
+    /// If its length is not the population's dimension.
+    pub fn push(&mut self, candidate: &[f64]) {
+        assert_eq!(
+            candidate.len(),
+            self.dimension,
+            "candidate of another dimension"
+        );
+        self.values.extend_from_slice(candidate);
+    }
+
+    /// How many values a candidate has.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// How many candidates there are.
+    pub fn len(&self) -> usize {
+        self.values.len().checked_div(self.dimension).unwrap_or(0)
+    }
+
+    /// Whether there is no candidate.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// Candidate `index`.
+    pub fn candidate(&self, index: usize) -> &[f64] {
+        &self.values[index * self.dimension..(index + 1) * self.dimension]
+    }
+
+    /// The candidates in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.values.chunks_exact(self.dimension)
+    }
+}
+
+/// How the simulation of a candidate ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Status {
+    /// It ran to the end.
+    Finished,
+    /// A state left the finite range; its cost means nothing.
+    Diverged,
+}
+
+/// A candidate's cost. Costs have a total order: the smallest first, diverged ones last.
+#[derive(Debug, Clone, Copy)]
+pub struct Cost {
+    /// Weighted sum of squares; infinite where the candidate diverged.
+    pub value: f64,
+    /// How the simulation ended.
+    pub status: Status,
+}
+
+impl Cost {
+    /// The cost of a finished simulation; a value that is not finite counts as diverged.
+    pub fn finished(value: f64) -> Self {
+        if value.is_finite() {
+            Self {
+                value,
+                status: Status::Finished,
+            }
+        } else {
+            Self::DIVERGED
+        }
+    }
+
+    /// The cost of a candidate that diverged.
+    pub const DIVERGED: Self = Self {
+        value: f64::INFINITY,
+        status: Status::Diverged,
+    };
+}
+
+impl Ord for Cost {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.status
+            .cmp(&other.status)
+            .then(self.value.total_cmp(&other.value))
+    }
+}
+
+impl PartialOrd for Cost {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Cost {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Cost {}

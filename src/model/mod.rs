@@ -1,0 +1,5 @@
+//! The physics, each equation written once.
+
+mod parameter;
+
+pub use parameter::{Parameter, Scale};

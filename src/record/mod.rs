@@ -1,0 +1,1 @@
+//! Measurements: records in time and datasheet curves, with channels, units and checks.

@@ -1,0 +1,1 @@
+//! The search: Bees Algorithm, then a Levenberg-Marquardt polish.

@@ -1,5 +1,26 @@
 //! Evaluators: the costs of a whole population at once, on the CPU or on the GPU.
 
+mod cpu;
+pub mod gpu;
 mod population;
+pub mod problem;
+pub mod simulate;
+pub mod wgsl;
 
+pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use population::{Cost, Population, Status};
+pub use problem::Problem;
+
+use crate::Result;
+
+/// Computes the costs of a population.
+pub trait Evaluator {
+    /// What it is, for a report: the device and how it computes.
+    fn describe(&self) -> String;
+
+    /// The cost of every candidate of `population` (values of the problem's free parameters), in order.
+    ///
+    /// # Errors
+    /// If the device fails.
+    fn costs(&mut self, problem: &Problem, population: &Population) -> Result<Vec<Cost>>;
+}

@@ -1,5 +1,13 @@
 //! The physics, each equation written once.
 
+pub mod actuator;
+pub mod integrate;
+pub mod orifice;
 mod parameter;
+pub mod real;
+mod structure;
+pub mod valve;
 
 pub use parameter::{Parameter, Scale};
+pub use real::Real;
+pub use structure::{Drive, Hold, Initial, Input, Output, Piston, Plant, Structure};

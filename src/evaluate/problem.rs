@@ -1,0 +1,274 @@
+//! What a population is evaluated on: a structure, its parameters, and the data it is compared with.
+
+use crate::model::integrate::substeps;
+use crate::model::{Hold, Output, Parameter, Structure};
+use std::sync::Arc;
+
+/// One row of a record, ready for integration.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sample {
+    /// Length of the integration steps from this row to the next, s.
+    pub step: f64,
+    /// How many of them there are.
+    pub substeps: u32,
+    /// Command, then supply, tank, A and B pressure in bar.
+    pub input: [f64; 5],
+    /// The measured outputs in the order of [`Output::ALL`]; zero where not observed.
+    pub target: [f64; 3],
+    /// Weight of this row's squared errors; zero where the row only runs the simulation in.
+    pub weight: f64,
+}
+
+/// A record in time, ready for integration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Its name in messages.
+    pub name: String,
+    /// Time of each row, s.
+    pub time: Vec<f64>,
+    /// The rows.
+    pub samples: Vec<Sample>,
+}
+
+impl Series {
+    /// Cuts the intervals between the rows into steps that a rate of `rate` (1/s) allows, each into `refine` times as
+    /// many.
+    pub fn set_steps(&mut self, rate: f64, refine: u32) {
+        for k in 1..self.samples.len() {
+            let seconds = self.time[k] - self.time[k - 1];
+            let count = substeps(seconds, rate) * refine;
+            self.samples[k - 1].substeps = count;
+            self.samples[k - 1].step = seconds / f64::from(count);
+        }
+    }
+}
+
+/// A sine whose response is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tone {
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Amplitude, in the unit of the command.
+    pub amplitude: f64,
+    /// Measured phase, degrees.
+    pub phase: f64,
+    /// Weight of its squared error.
+    pub weight: f64,
+    /// Periods before the correlation begins.
+    pub settle: u32,
+    /// Periods that are correlated.
+    pub measure: u32,
+    /// Integration steps between two of the samples that are correlated.
+    pub substeps: u32,
+}
+
+/// How long the sines last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stream {
+    /// The defaults of `frest.Sinestream`, as in the paper: four periods, the first of which settles.
+    Paper,
+    /// Long enough for the transient to die out.
+    Settled,
+}
+
+/// Samples per period that are correlated (`frest.Sinestream`'s default).
+pub const SAMPLES_PER_PERIOD: u32 = 40;
+
+/// How long [`Stream::Settled`] lets the transient die out, s, and at least how many periods.
+const SETTLE: (f64, u32) = (1.0, 6);
+
+impl Tone {
+    /// A tone of `stream`, with as many steps as a rate of `rate` (1/s) asks for, `refine` times finer.
+    pub fn new(
+        frequency: f64,
+        amplitude: f64,
+        phase: f64,
+        weight: f64,
+        stream: Stream,
+        rate: f64,
+        refine: u32,
+    ) -> Self {
+        let (settle, measure) = match stream {
+            Stream::Paper => (1, 3),
+            Stream::Settled => (((frequency * SETTLE.0).ceil() as u32).max(SETTLE.1), 2),
+        };
+        let interval = 1.0 / (frequency * f64::from(SAMPLES_PER_PERIOD));
+        // A power of two, so that every tone strides through one table of sines.
+        let substeps = (substeps(interval, rate) * refine).next_power_of_two();
+        Self {
+            frequency,
+            amplitude,
+            phase,
+            weight,
+            settle,
+            measure,
+            substeps,
+        }
+    }
+}
+
+/// The data of a problem.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    /// Records in time.
+    Series(Vec<Series>),
+    /// Phases of a sine stream.
+    Tones(Vec<Tone>),
+}
+
+/// A structure, the space of its parameters, and the data.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// The model's structure.
+    pub structure: Structure,
+    /// All parameters, in the order of [`Structure::parameters`].
+    pub parameters: Vec<Parameter>,
+    /// What the model is compared with.
+    pub data: Arc<Data>,
+    /// What one unit of squared error in each output counts for, in the order of [`Output::ALL`].
+    pub scale: [f64; 3],
+}
+
+impl Problem {
+    /// A problem in which every output's squared error counts as it is.
+    pub fn new(structure: Structure, parameters: Vec<Parameter>, data: Data) -> Self {
+        Self {
+            structure,
+            parameters,
+            data: Arc::new(data),
+            scale: [1.0; 3],
+        }
+    }
+
+    /// The free parameters.
+    pub fn free(&self) -> Vec<Parameter> {
+        self.parameters
+            .iter()
+            .filter(|p| !p.fixed)
+            .cloned()
+            .collect()
+    }
+
+    /// The free parameters' start values.
+    pub fn start(&self) -> Vec<f64> {
+        self.parameters
+            .iter()
+            .filter(|p| !p.fixed)
+            .map(|p| p.start)
+            .collect()
+    }
+
+    /// The values of all parameters for a candidate's free ones. `convert` makes a number from a fixed value.
+    pub fn complete<T: Copy>(&self, free: &[T], mut convert: impl FnMut(f64) -> T) -> Vec<T> {
+        let mut free = free.iter();
+        let mut next = || {
+            *free
+                .next()
+                .expect("a candidate has a value for every free parameter")
+        };
+        self.parameters
+            .iter()
+            .map(|p| if p.fixed { convert(p.start) } else { next() })
+            .collect()
+    }
+
+    /// The same problem with `refine` times as many integration steps.
+    pub fn refined(&self, refine: u32) -> Self {
+        let mut data = (*self.data).clone();
+        match &mut data {
+            Data::Series(all) => {
+                for sample in all.iter_mut().flat_map(|series| &mut series.samples) {
+                    sample.substeps *= refine;
+                    sample.step /= f64::from(refine);
+                }
+            }
+            Data::Tones(tones) => {
+                for tone in tones {
+                    tone.substeps *= refine.next_power_of_two();
+                }
+            }
+        }
+        Self {
+            data: Arc::new(data),
+            ..self.clone()
+        }
+    }
+
+    /// Whether the command is interpolated between rows.
+    pub fn interpolates(&self) -> bool {
+        self.structure.hold == Hold::Interpolated
+    }
+
+    /// Integration steps that one candidate takes on all the data.
+    pub fn steps(&self) -> u64 {
+        match &*self.data {
+            Data::Series(all) => all
+                .iter()
+                .flat_map(|s| &s.samples)
+                .map(|s| u64::from(s.substeps))
+                .sum(),
+            Data::Tones(tones) => tones
+                .iter()
+                .map(|t| u64::from((t.settle + t.measure) * SAMPLES_PER_PERIOD * t.substeps))
+                .sum(),
+        }
+    }
+
+    /// How many outputs count: the observed ones.
+    pub fn observed(&self) -> [bool; 3] {
+        Output::ALL.map(|output| self.structure.observes(output))
+    }
+}
+
+/// One period of the sine stream: sine and cosine at every half step of the finest tone.
+pub struct Wave {
+    /// (sin, cos), `2 · SAMPLES_PER_PERIOD · substeps` of them.
+    pub table: Vec<[f64; 2]>,
+    /// Substeps of the finest tone.
+    pub substeps: u32,
+}
+
+impl Wave {
+    /// The table that serves all `tones`.
+    pub fn new(tones: &[Tone]) -> Self {
+        let substeps = tones.iter().map(|t| t.substeps).max().unwrap_or(1);
+        let count = 2 * SAMPLES_PER_PERIOD * substeps;
+        let angle = |i| std::f64::consts::TAU * f64::from(i) / f64::from(count);
+        let table = (0..count)
+            .map(|i| angle(i).sin_cos())
+            .map(|(sin, cos)| [sin, cos])
+            .collect();
+        Self { table, substeps }
+    }
+}
+
+impl Problem {
+    /// The cost of a candidate whose weighted squared errors, summed over all records, are `squares`.
+    pub fn cost_of_squares(&self, squares: [f64; 3]) -> f64 {
+        squares
+            .iter()
+            .zip(self.scale)
+            .map(|(sum, scale)| sum * scale)
+            .sum()
+    }
+
+    /// The cost of a candidate whose (in-phase, quadrature) responses to the tones are `responses`: paper eq. 8,
+    /// with phases in degrees.
+    pub fn cost_of_responses(
+        &self,
+        tones: &[Tone],
+        responses: impl IntoIterator<Item = [f64; 2]>,
+    ) -> f64 {
+        let square =
+            |(tone, [re, im]): (&Tone, [f64; 2])| tone.weight * tone.error(im.atan2(re)).powi(2);
+        tones.iter().zip(responses).map(square).sum()
+    }
+}
+
+impl Tone {
+    /// Measured minus simulated phase in degrees, between −180 and 180, for a simulated phase in radians.
+    pub fn error(&self, phase: f64) -> f64 {
+        let error = self.phase - phase.to_degrees();
+        error - 360.0 * (error / 360.0).round()
+    }
+}

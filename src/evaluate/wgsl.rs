@@ -1,0 +1,156 @@
+//! Composing a shader: the physics of a structure, traced, and the loops of `shaders/evaluate.wgsl`.
+
+use super::STATE_LIMIT;
+use super::problem::{Problem, SAMPLES_PER_PERIOD};
+use super::simulate::{CHUNK, SLICE};
+use crate::model::integrate::advance;
+use crate::model::real::{Function, Trace, Wgsl};
+use crate::model::valve::Pressures;
+use crate::model::{Input, Plant, Real, Structure};
+use std::fmt::Write;
+
+/// The loops, bindings and sums: everything that is the same for all structures.
+pub const LOOPS: &str = include_str!("../../shaders/evaluate.wgsl");
+
+/// The shader that evaluates `problem`'s structure.
+pub fn compose(problem: &Problem) -> String {
+    format!("{}\n{}\n{LOOPS}", settings(problem), physics(problem))
+}
+
+fn settings(problem: &Problem) -> String {
+    format!(
+        "const INTERPOLATED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
+         const SLICE: u32 = {SLICE}u;\nconst SAMPLES_PER_PERIOD: u32 = {SAMPLES_PER_PERIOD}u;\n\
+         const STATE_LIMIT: f32 = {STATE_LIMIT:?}f;\n",
+        problem.interpolates(),
+        problem
+            .observed()
+            .map(|observed| if observed { "1.0" } else { "0.0" })
+            .join(", "),
+    )
+}
+
+/// The physics of `problem`'s structure as WGSL: the structs `Plant` and `State`, and the functions `prepare`,
+/// `initial`, `observe`, `advance`, `load`, `store` and `diverged` that the loops call.
+pub fn physics(problem: &Problem) -> String {
+    match problem.structure.states().len() {
+        0 => physics_with::<0>(problem),
+        1 => physics_with::<1>(problem),
+        2 => physics_with::<2>(problem),
+        3 => physics_with::<3>(problem),
+        more => unreachable!("no structure has {more} states"),
+    }
+}
+
+fn physics_with<const N: usize>(problem: &Problem) -> String {
+    let structure: &Structure = &problem.structure;
+    let names = structure.states();
+    let mut trace = Trace::start();
+
+    let free: Vec<Wgsl> = (0..problem.free().len())
+        .map(|i| trace.read(format!("candidates[{i}u * population + candidate]")))
+        .collect();
+    let mut fixed = 0;
+    let values = problem.complete(&free, |_| {
+        fixed += 1;
+        trace.read(format!("constants[{}u]", fixed - 1))
+    });
+    for (parameter, value) in problem.parameters.iter().zip(&values) {
+        trace.name(*value, &parameter.name);
+    }
+    let plant = Plant::new(structure, &values);
+    trace.seal();
+
+    let input = |name: &str| Input {
+        command: trace.read(format!("{name}.command")),
+        pressures: Pressures {
+            supply: trace.read(format!("{name}.supply")),
+            tank: trace.read(format!("{name}.tank")),
+            a: trace.read(format!("{name}.a")),
+            b: trace.read(format!("{name}.b")),
+        },
+    };
+    let state: [Wgsl; N] = std::array::from_fn(|i| trace.read(format!("state.{}", names[i])));
+    let now = input("input");
+    let position = trace.read("position");
+    let step = trace.read("step");
+
+    let initial: [Wgsl; N] = plant.initial(&now, position);
+    let observed = plant.observe(&state, &now);
+    let moved = advance(
+        &plant,
+        state,
+        [&input("start"), &input("middle"), &input("end")],
+        step,
+    );
+
+    let padded = |values: [Wgsl; N]| {
+        let mut values = values.to_vec();
+        if N == 0 {
+            values.push(Wgsl::constant(0.0));
+        }
+        values
+    };
+    let mut functions = String::new();
+    for (signature, constructor, results) in [
+        (
+            "initial(plant: Plant, input: Input, position: f32) -> State",
+            "State",
+            padded(initial),
+        ),
+        (
+            "observe(plant: Plant, state: State, input: Input) -> vec3<f32>",
+            "vec3<f32>",
+            observed.to_vec(),
+        ),
+        (
+            "advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State",
+            "State",
+            padded(moved),
+        ),
+    ] {
+        functions += "\n";
+        functions += &trace.function(&Function {
+            signature,
+            constructor,
+            results: &results,
+        });
+    }
+    let prepare = trace.plant("prepare(candidate: u32, population: u32) -> Plant");
+    format!("{}\n{prepare}{functions}", state_text(&names))
+}
+
+/// The struct `State` and the functions that know its fields.
+fn state_text(names: &[&str]) -> String {
+    let names = if names.is_empty() { &["unused"] } else { names };
+    let mut text = String::from("struct State {\n");
+    for name in names {
+        writeln!(text, "    {name}: f32,").expect("writing to a string");
+    }
+    let count = names.len();
+    let loads: Vec<String> = (0..count)
+        .map(|i| format!("states[at + {i}u * stride]"))
+        .collect();
+    let tests: Vec<String> = names
+        .iter()
+        .map(|name| format!("!(abs(state.{name}) < STATE_LIMIT)"))
+        .collect();
+    write!(
+        text,
+        "}}\n\nconst STATES: u32 = {count}u;\n\nfn load(at: u32, stride: u32) -> State {{\n    return State({});\n}}\n\n\
+         fn store(at: u32, stride: u32, state: State) {{\n",
+        loads.join(", ")
+    )
+    .expect("writing to a string");
+    for (i, name) in names.iter().enumerate() {
+        writeln!(text, "    states[at + {i}u * stride] = state.{name};")
+            .expect("writing to a string");
+    }
+    write!(
+        text,
+        "}}\n\nfn diverged(state: State) -> bool {{\n    return {};\n}}\n",
+        tests.join(" || ")
+    )
+    .expect("writing to a string");
+    text
+}

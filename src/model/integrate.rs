@@ -1,0 +1,41 @@
+//! The integrator, over [`Real`] like the physics, so that every evaluator takes the same steps.
+
+use super::Real;
+use super::structure::{Input, Plant};
+
+/// Advances `state` by `step` seconds with the classical fourth-order Runge-Kutta method. `inputs` are those at the
+/// start, the middle and the end of the step.
+#[inline(always)]
+pub fn advance<R: Real, const N: usize>(
+    plant: &Plant<R>,
+    state: [R; N],
+    inputs: [&Input<R>; 3],
+    step: R,
+) -> [R; N] {
+    let moved = |by: R, slope: &[R; N]| {
+        let mut state = state;
+        for i in 0..N {
+            state[i] = state[i] + by * slope[i];
+        }
+        state
+    };
+    let half = step * R::constant(0.5);
+    let k1 = plant.derivative(&state, inputs[0]);
+    let k2 = plant.derivative(&moved(half, &k1), inputs[1]);
+    let k3 = plant.derivative(&moved(half, &k2), inputs[1]);
+    let k4 = plant.derivative(&moved(step, &k3), inputs[2]);
+    let two = R::constant(2.0);
+    let mut mean = k1;
+    for i in 0..N {
+        mean[i] = k1[i] + two * k2[i] + two * k3[i] + k4[i];
+    }
+    moved(step * R::constant(1.0 / 6.0), &mean)
+}
+
+/// Steps are at most this fraction of the fastest time constant that the bounds allow.
+pub const STEP_FRACTION: f64 = 0.7;
+
+/// How many steps an interval of `seconds` is cut into when the fastest rate is `rate` (1/s).
+pub fn substeps(seconds: f64, rate: f64) -> u32 {
+    (seconds * rate / STEP_FRACTION).ceil().clamp(1.0, 1e6) as u32
+}

@@ -1,0 +1,450 @@
+//! The four-way valve: paper eq. 2-3 and Simscape's "4-Way Directional Valve".
+
+use super::orifice::{Orifice, Transition};
+use super::{Parameter, Real};
+use serde::{Deserialize, Serialize};
+
+const PASCAL_PER_BAR: f64 = 1e5;
+const SQUARE_METRES_PER_SQUARE_CENTIMETRE: f64 = 1e-4;
+const SQUARE_METRES_PER_SECOND_PER_CENTISTOKES: f64 = 1e-6;
+const LITRES_PER_MINUTE: f64 = 6e4;
+
+/// How the orifice area follows from the opening.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum AreaLaw {
+    /// A = h · A_max / h_max for 0 < h < h_max (paper eq. 2 with the opening that it drops).
+    Linear,
+    /// Linear interpolation between an area at each of these openings (% of full scale, strictly rising, at least
+    /// four); beyond the ends the end value holds.
+    Table(Vec<f64>),
+}
+
+/// How many orifices the valve has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Orifices {
+    /// P-A, A-T, P-B and B-T.
+    #[default]
+    Four,
+    /// Two more, P-T1 (opening with −x) and T1-T (opening with +x), in series: the centre path of the paper's valve.
+    Six,
+}
+
+/// Where the flow meter sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Meter {
+    /// In the loop between A and B: the load flow, positive from A to B.
+    #[default]
+    Load,
+    /// In the pressure line.
+    Supply,
+}
+
+/// Which pressures drive the flow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Drop {
+    /// None is measured: the parameter `rated_drop` from P to T, half of it at each land.
+    #[default]
+    Rated,
+    /// Supply (and return) measured; A and B midway between them.
+    Supply,
+    /// All four ports measured.
+    Ports,
+}
+
+/// What a valve consists of. Which parameters it has follows: [`ValveForm::parameters`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValveForm {
+    /// Area over opening.
+    pub area: AreaLaw,
+    /// Four or six orifices.
+    #[serde(default)]
+    pub orifices: Orifices,
+    /// Where the flow turns laminar.
+    #[serde(default)]
+    pub transition: Transition,
+    /// Where the flow is measured.
+    #[serde(default)]
+    pub meter: Meter,
+    /// Which pressures are measured.
+    #[serde(default)]
+    pub drop: Drop,
+}
+
+impl ValveForm {
+    /// A valve with linear area, four orifices and a load flow at rated pressure drop.
+    pub fn linear() -> Self {
+        Self {
+            area: AreaLaw::Linear,
+            orifices: Orifices::default(),
+            transition: Transition::default(),
+            meter: Meter::default(),
+            drop: Drop::default(),
+        }
+    }
+
+    /// The same with an area table over `openings` in %.
+    pub fn table(openings: &[f64]) -> Self {
+        Self {
+            area: AreaLaw::Table(openings.to_vec()),
+            ..Self::linear()
+        }
+    }
+
+    /// The parameters in the order in which [`Valve::new`] takes them. Only Cd·A/√ρ can be told from flow, so the
+    /// discharge coefficient and the fluid are fixed and the areas are free.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let mut list = vec![
+            Parameter::linear("discharge_coefficient", "1", 0.4, 0.7, 1.0).fixed(),
+            Parameter::linear("density", "kg/m3", 700.0, 850.0, 1200.0).fixed(),
+            Parameter::log("viscosity", "cSt", 1.0, 18.0, 1000.0).fixed(),
+            Parameter::log("leakage_area", "cm2", 1e-8, 1e-8, 1e-3).fixed(),
+            Parameter::linear("opening_offset", "%", -20.0, 0.0, 20.0).fixed(),
+        ];
+        if self.drop == Drop::Rated {
+            list.push(Parameter::linear("rated_drop", "bar", 1.0, 10.0, 400.0).fixed());
+        }
+        match &self.area {
+            AreaLaw::Linear => list.push(Parameter::log("max_area", "cm2", 1e-4, 1.0, 100.0)),
+            AreaLaw::Table(openings) => list.extend(
+                (1..=openings.len())
+                    .map(|i| Parameter::linear(&format!("area_{i}"), "cm2", 0.0, 1.0, 100.0)),
+            ),
+        }
+        list
+    }
+}
+
+/// Pressures at the ports, bar (gauge).
+#[derive(Debug, Clone, Copy)]
+pub struct Pressures<R> {
+    /// Port P.
+    pub supply: R,
+    /// Port T.
+    pub tank: R,
+    /// Port A.
+    pub a: R,
+    /// Port B.
+    pub b: R,
+}
+
+/// Flows through the orifices, L/min, positive in the direction of the name.
+#[derive(Debug, Clone, Copy)]
+pub struct OrificeFlows<R> {
+    /// P to A.
+    pub pa: R,
+    /// A to T.
+    pub at: R,
+    /// P to B.
+    pub pb: R,
+    /// B to T.
+    pub bt: R,
+    /// P to T through the centre path; zero with four orifices.
+    pub pt: R,
+}
+
+impl<R: Real> OrificeFlows<R> {
+    /// The load flow: the mean of what leaves A and what returns to B.
+    #[inline(always)]
+    pub fn load(&self) -> R {
+        ((self.pa - self.at) + (self.bt - self.pb)) * R::constant(0.5)
+    }
+
+    /// What the supply delivers.
+    #[inline(always)]
+    pub fn supply(&self) -> R {
+        self.pa + self.pb + self.pt
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Areas<R> {
+    Linear {
+        max: R,
+    },
+    /// The first area, then slope, start and width of every segment.
+    Table {
+        first: R,
+        segments: Vec<(R, f64, f64)>,
+    },
+}
+
+/// A four-way valve.
+#[derive(Debug, Clone)]
+pub struct Valve<R> {
+    orifice: Orifice<R>,
+    areas: Areas<R>,
+    leakage: R,
+    offset: R,
+    rated_drop: Option<R>,
+    drop: Drop,
+    meter: Meter,
+    orifices: Orifices,
+}
+
+impl<R: Real> Valve<R> {
+    /// The valve of this form, with values in the order of [`ValveForm::parameters`].
+    #[inline(always)]
+    pub fn new(form: &ValveForm, values: &[R]) -> Self {
+        let mut values = values.iter().copied();
+        let mut next = || {
+            values
+                .next()
+                .expect("as many values as the form has parameters")
+        };
+        let square_metres = R::constant(SQUARE_METRES_PER_SQUARE_CENTIMETRE);
+        let (discharge, density, viscosity) = (next(), next(), next());
+        let viscosity = viscosity * R::constant(SQUARE_METRES_PER_SECOND_PER_CENTISTOKES);
+        let leakage = (next() * square_metres).named("leakage");
+        let offset = next();
+        let rated_drop = (form.drop == Drop::Rated).then(&mut next);
+        let areas = match &form.area {
+            AreaLaw::Linear => Areas::Linear {
+                max: (next() * square_metres).named("max_area"),
+            },
+            AreaLaw::Table(openings) => {
+                let first = (next() * square_metres).named("first_area");
+                let mut previous = first;
+                let segments = openings
+                    .windows(2)
+                    .enumerate()
+                    .map(|(i, pair)| {
+                        let area = next() * square_metres;
+                        let width = pair[1] - pair[0];
+                        let slope = ((area - previous) / R::constant(width))
+                            .named(&format!("slope_{}", i + 1));
+                        previous = area;
+                        (slope, pair[0], width)
+                    })
+                    .collect();
+                Areas::Table { first, segments }
+            }
+        };
+        Self {
+            orifice: Orifice::new(form.transition, discharge, density, viscosity),
+            areas,
+            leakage,
+            offset,
+            rated_drop,
+            drop: form.drop,
+            meter: form.meter,
+            orifices: form.orifices,
+        }
+    }
+
+    /// The area in m² of an orifice that is open by `opening` %.
+    #[inline(always)]
+    pub fn area(&self, opening: R) -> R {
+        let zero = R::constant(0.0);
+        let area = match &self.areas {
+            Areas::Linear { max } => {
+                *max * (opening * R::constant(0.01)).clamp(zero, R::constant(1.0))
+            }
+            Areas::Table { first, segments } => {
+                let mut area = *first;
+                for &(slope, start, width) in segments {
+                    area = area
+                        + slope * (opening - R::constant(start)).clamp(zero, R::constant(width));
+                }
+                area
+            }
+        };
+        area.max(self.leakage)
+    }
+
+    /// The flows for spool position `x` in % of full scale: P-A and B-T open with x, P-B and A-T with −x (eq. 3).
+    #[inline(always)]
+    pub fn orifice_flows(&self, x: R, pressures: &Pressures<R>) -> OrificeFlows<R> {
+        let pascal = R::constant(PASCAL_PER_BAR);
+        let litres = R::constant(LITRES_PER_MINUTE);
+        let (p, t) = (pressures.supply * pascal, pressures.tank * pascal);
+        let (a, b) = (pressures.a * pascal, pressures.b * pascal);
+        let forward = self.area(self.offset + x).named("forward_area");
+        let backward = self.area(self.offset - x).named("backward_area");
+        let flow = |area, from, to| self.orifice.flow(area, from, to) * litres;
+        OrificeFlows {
+            pa: flow(forward, p, a),
+            at: flow(backward, a, t),
+            pb: flow(backward, p, b),
+            bt: flow(forward, b, t),
+            pt: match self.orifices {
+                Orifices::Four => R::constant(0.0),
+                // Two turbulent orifices in series pass what one of area A1 A2 / √(A1² + A2²) does.
+                Orifices::Six => {
+                    let series =
+                        forward * backward / (forward * forward + backward * backward).sqrt();
+                    flow(series, p, t)
+                }
+            },
+        }
+    }
+
+    /// The port pressures that the flow follows from, given the measured ones.
+    #[inline(always)]
+    pub fn pressures(&self, measured: &Pressures<R>) -> Pressures<R> {
+        let (supply, tank) = match self.rated_drop {
+            Some(drop) => (drop, R::constant(0.0)),
+            None => (measured.supply, measured.tank),
+        };
+        match self.drop {
+            Drop::Ports => *measured,
+            Drop::Rated | Drop::Supply => {
+                let middle = (supply + tank) * R::constant(0.5);
+                Pressures {
+                    supply,
+                    tank,
+                    a: middle,
+                    b: middle,
+                }
+            }
+        }
+    }
+
+    /// What the flow meter shows, L/min, for spool position `x` in % of full scale and the measured pressures in bar.
+    #[inline(always)]
+    pub fn flow(&self, x: R, measured: &Pressures<R>) -> R {
+        let flows = self.orifice_flows(x, &self.pressures(measured));
+        match self.meter {
+            Meter::Load => flows.load(),
+            Meter::Supply => flows.supply(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATED: Pressures<f64> = Pressures {
+        supply: 0.0,
+        tank: 0.0,
+        a: 0.0,
+        b: 0.0,
+    };
+
+    fn valve(form: &ValveForm, change: &[(&str, f64)]) -> Valve<f64> {
+        let mut parameters = form.parameters();
+        for (name, value) in change {
+            parameters
+                .iter_mut()
+                .find(|p| p.name == *name)
+                .expect("a parameter of the form")
+                .start = *value;
+        }
+        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        Valve::new(form, &values)
+    }
+
+    #[test]
+    fn the_load_flow_is_odd_in_the_spool_position() {
+        for orifices in [Orifices::Four, Orifices::Six] {
+            let valve = valve(
+                &ValveForm {
+                    orifices,
+                    ..ValveForm::linear()
+                },
+                &[],
+            );
+            for x in [0.0, 0.3, 12.0, 99.0, 150.0] {
+                assert_eq!(valve.flow(x, &RATED), -valve.flow(-x, &RATED));
+            }
+        }
+    }
+
+    #[test]
+    fn linear_area_at_rated_drop_is_the_closed_form() {
+        let valve = valve(&ValveForm::linear(), &[("max_area", 7.598)]);
+        let full = 0.7 * 7.598e-4 * (2.0 / 850.0 * 5e5f64).sqrt() * 6e4;
+        for x in [10.0, 50.0, 100.0, 130.0] {
+            let expected = full * f64::min(x / 100.0, 1.0);
+            assert!((valve.flow(x, &RATED) / expected - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_table_holds_its_nodes_its_ends_and_its_floor() {
+        let form = ValveForm::table(&[0.0, 10.0, 40.0, 100.0]);
+        let valve = valve(
+            &form,
+            &[
+                ("area_1", 0.0),
+                ("area_2", 1.0),
+                ("area_3", 4.0),
+                ("area_4", 5.0),
+            ],
+        );
+        for (opening, area) in [
+            (10.0, 1.0),
+            (25.0, 2.5),
+            (40.0, 4.0),
+            (100.0, 5.0),
+            (140.0, 5.0),
+            (5.0, 0.5),
+        ] {
+            assert!(
+                (valve.area(opening) - area * 1e-4).abs() < 1e-16,
+                "{opening}"
+            );
+        }
+        assert_eq!(valve.area(0.0), 1e-8 * 1e-4);
+        assert_eq!(valve.area(-30.0), 1e-8 * 1e-4);
+    }
+
+    #[test]
+    fn six_orifices_carry_the_same_load_flow_and_more_supply_only_with_an_open_centre() {
+        let meter = Meter::Supply;
+        for (offset, more) in [(0.0, false), (-5.0, false), (5.0, true)] {
+            let four = ValveForm {
+                meter,
+                ..ValveForm::linear()
+            };
+            let six = ValveForm {
+                orifices: Orifices::Six,
+                ..four.clone()
+            };
+            let change = [("opening_offset", offset)];
+            let (four, six) = (valve(&four, &change), valve(&six, &change));
+            let at = Pressures {
+                supply: 70.0,
+                tank: 2.0,
+                a: 40.0,
+                b: 30.0,
+            };
+            for x in [-50.0, -3.0, 0.0, 3.0, 50.0] {
+                let (few, many) = (four.orifice_flows(x, &at), six.orifice_flows(x, &at));
+                assert_eq!(few.load(), many.load());
+                let centre = many.supply() - few.supply();
+                assert!(
+                    if more && x.abs() < 5.0 {
+                        centre > 1.0
+                    } else {
+                        centre < 1e-3
+                    },
+                    "{offset} {x} {centre}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn flow_is_conserved_when_the_ports_are_symmetric() {
+        let form = ValveForm {
+            drop: Drop::Ports,
+            ..ValveForm::linear()
+        };
+        let valve = valve(&form, &[]);
+        let at = Pressures {
+            supply: 100.0,
+            tank: 0.0,
+            a: 70.0,
+            b: 30.0,
+        };
+        let flows = valve.orifice_flows(40.0, &at);
+        // What enters at P and B leaves at A and T.
+        assert!((flows.pa - flows.at - (flows.bt - flows.pb)).abs() < 1e-3 * flows.pa);
+    }
+}

@@ -1,0 +1,85 @@
+//! The damped Gauss-Newton step within bounds.
+
+use nalgebra::linalg::QR;
+use nalgebra::{DMatrix, DVector};
+
+use super::Triangle;
+
+/// The step s with `low` ≤ s ≤ `high` that minimises |r + J s|² + `damping` |D s|², D = diag(`scale`).
+///
+/// Primal active set (Nocedal and Wright, Numerical Optimization, 16.5): move towards the minimum over the parameters
+/// that are not held, hold the first one that meets its bound, release one that its bound no longer resists.
+/// Every move lowers the damped model, so the step descends even if the loop is cut short.
+pub(super) fn bounded_step(
+    triangle: &Triangle,
+    damping: f64,
+    scale: &DVector<f64>,
+    low: &DVector<f64>,
+    high: &DVector<f64>,
+) -> DVector<f64> {
+    let count = triangle.columns();
+    // A parameter without any effect so far has nothing to be scaled by: any positive number keeps it in place.
+    let weight = scale.map(|s| damping.sqrt() * if s > 0.0 { s } else { 1.0 });
+    let mut matrix = DMatrix::zeros(2 * count, count);
+    matrix.rows_mut(0, count).copy_from(&triangle.r());
+    matrix
+        .rows_mut(count, count)
+        .copy_from(&DMatrix::from_diagonal(&weight));
+    let mut right = DVector::zeros(2 * count);
+    right.rows_mut(0, count).copy_from(&-triangle.projected());
+
+    let mut step = DVector::zeros(count);
+    let mut held: Vec<bool> = (0..count).map(|j| low[j] == high[j]).collect();
+    for _ in 0..4 * count + 4 {
+        let free: Vec<usize> = (0..count).filter(|&j| !held[j]).collect();
+        let remaining = &right - &matrix * &step;
+        let change = least_squares(matrix.select_columns(&free), remaining);
+        let mut fraction = 1.0;
+        let mut blocking = None;
+        for (&j, &change) in free.iter().zip(&change) {
+            let bound = if change < 0.0 { low[j] } else { high[j] };
+            if change != 0.0 && (bound - step[j]) / change < fraction {
+                fraction = (bound - step[j]) / change;
+                blocking = Some((j, bound));
+            }
+        }
+        for (&j, &change) in free.iter().zip(&change) {
+            step[j] += fraction * change;
+        }
+        if let Some((j, bound)) = blocking {
+            step[j] = bound;
+            held[j] = true;
+            continue;
+        }
+        let descent = matrix.tr_mul(&(&right - &matrix * &step));
+        let inward = |j: &usize| {
+            let j = *j;
+            let noise = 1e-12 * matrix.column(j).norm() * right.norm();
+            low[j] < high[j]
+                && held[j]
+                && ((step[j] <= low[j] && descent[j] > noise)
+                    || (step[j] >= high[j] && descent[j] < -noise))
+        };
+        match (0..count).filter(inward).max_by(|&a, &b| {
+            let pull = |j: usize| descent[j].abs() / matrix.column(j).norm();
+            pull(a).total_cmp(&pull(b))
+        }) {
+            Some(j) => held[j] = false,
+            None => break,
+        }
+    }
+    step
+}
+
+/// Solves an overdetermined system of full rank in the least-squares sense.
+fn least_squares(matrix: DMatrix<f64>, mut right: DVector<f64>) -> DVector<f64> {
+    let count = matrix.ncols();
+    if count == 0 {
+        return DVector::zeros(0);
+    }
+    let qr = QR::new(matrix);
+    qr.q_tr_mul(&mut right);
+    qr.unpack_r()
+        .solve_upper_triangular(&right.rows(0, count))
+        .unwrap_or_else(|| DVector::zeros(count))
+}

@@ -1,0 +1,109 @@
+//! Sequential QR: the triangular factor of a Jacobian whose rows are seen once and forgotten.
+
+use nalgebra::linalg::QR;
+use nalgebra::{DMatrix, DVector};
+
+/// Rows gathered before they are folded into the triangle.
+const BLOCK: usize = 256;
+
+/// The factor R of the QR decomposition of [J | r], J the Jacobian and r the residual.
+///
+/// Its singular values are those of J itself: no precision is lost to the squares of JᵀJ.
+/// (Golub and Van Loan, Matrix Computations, updating QR; Lawson and Hanson 1974, sequential accumulation.)
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangle {
+    augmented: DMatrix<f64>,
+    rows: usize,
+}
+
+impl Triangle {
+    /// Gathers the rows that `stream` emits as (residual, gradient), each gradient of length `columns`.
+    /// `None` if `stream` returns false or a number is not finite.
+    pub fn gather(
+        columns: usize,
+        stream: impl FnOnce(&mut dyn FnMut(f64, &[f64])) -> bool,
+    ) -> Option<Self> {
+        let width = columns + 1;
+        let mut block = DMatrix::zeros(width + BLOCK, width);
+        let mut filled = width;
+        let mut rows = 0;
+        let complete = stream(&mut |residual, gradient| {
+            assert_eq!(gradient.len(), columns, "one derivative per parameter");
+            if filled == block.nrows() {
+                block = fold(std::mem::replace(&mut block, DMatrix::zeros(0, 0)));
+                filled = width;
+            }
+            for (column, derivative) in gradient.iter().enumerate() {
+                block[(filled, column)] = *derivative;
+            }
+            block[(filled, columns)] = residual;
+            filled += 1;
+            rows += 1;
+        });
+        let augmented = fold(block).rows(0, width).into_owned();
+        (complete && augmented.iter().all(|entry| entry.is_finite()))
+            .then_some(Self { augmented, rows })
+    }
+
+    /// Number of parameters.
+    pub fn columns(&self) -> usize {
+        self.augmented.ncols() - 1
+    }
+
+    /// Number of residuals gathered.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Sum of squared residuals.
+    pub fn cost(&self) -> f64 {
+        self.augmented.column(self.columns()).norm_squared()
+    }
+
+    /// The triangular factor of the Jacobian alone.
+    pub fn r(&self) -> DMatrix<f64> {
+        let columns = self.columns();
+        self.augmented.view((0, 0), (columns, columns)).into_owned()
+    }
+
+    /// Qᵀr: the residual as seen from the column space of the Jacobian.
+    pub fn projected(&self) -> DVector<f64> {
+        let columns = self.columns();
+        self.augmented
+            .view((0, columns), (columns, 1))
+            .column(0)
+            .into_owned()
+    }
+
+    /// Norms of the Jacobian's columns.
+    pub fn column_norms(&self) -> DVector<f64> {
+        DVector::from_fn(self.columns(), |column, _| {
+            self.augmented.column(column).norm()
+        })
+    }
+
+    /// Jᵀr: half the gradient of the cost.
+    pub fn gradient(&self) -> DVector<f64> {
+        self.r().tr_mul(&self.projected())
+    }
+
+    /// How far the linearised model lets the cost fall under `step`: |r|² − |r + J step|².
+    pub fn predicted_decrease(&self, step: &DVector<f64>) -> f64 {
+        let change = self.r() * step;
+        -change.dot(&self.projected()) * 2.0 - change.norm_squared()
+    }
+
+    /// The same for parameters measured in other units: column j times `factors[j]`.
+    pub fn scaled(mut self, factors: impl Iterator<Item = f64>) -> Self {
+        for (column, factor) in factors.enumerate() {
+            self.augmented.column_mut(column).scale_mut(factor);
+        }
+        self
+    }
+}
+
+/// The block with its triangle on top and zeros below.
+fn fold(block: DMatrix<f64>) -> DMatrix<f64> {
+    let height = block.nrows();
+    QR::new(block).unpack_r().resize_vertically(height, 0.0)
+}

@@ -1,11 +1,14 @@
 //! Measurements: records in time and datasheet curves, with channels, units and checks.
 
+pub mod cases;
 mod channel;
+mod curve;
 mod mapping;
 mod table;
 mod unit;
 
 pub use channel::Channel;
+pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
 pub use mapping::Mapping;
 pub use unit::{Quantity, Unit};
 

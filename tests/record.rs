@@ -351,6 +351,14 @@ fn what_is_wrong_in_a_record_is_named() {
             ],
         ),
         ("H\n1,1,2\n", &["1 row", "at least two"]),
+        (
+            "time;command [V];spool [%]\n0;1,5;2.5\n",
+            &["row 2", "\"spool [%]\"", "\"2.5\"", "decimal commas"],
+        ),
+        (
+            "time,command [A],spool [%]\n0,1e308,2\n",
+            &["row 2", "\"command [A]\"", "\"1e308\"", "repair"],
+        ),
         ("H\n0,\"1,2\n1,2,3\n", &["row 2", "quote", "within its row"]),
         (
             "H\n0,1,2\n1,\"2\"2,3\n",

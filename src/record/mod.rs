@@ -1,1 +1,364 @@
 //! Measurements: records in time and datasheet curves, with channels, units and checks.
+
+pub mod cases;
+mod channel;
+mod curve;
+mod mapping;
+mod table;
+mod unit;
+
+pub use channel::Channel;
+pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
+pub use mapping::Mapping;
+pub use unit::{Quantity, Unit};
+
+use crate::{Error, Result};
+use mapping::Target;
+use std::collections::BTreeMap;
+use std::path::Path;
+use table::{Column, Table};
+
+/// The share of each record that is held out where no other record is.
+pub const HOLD_OUT: f64 = 0.30;
+
+/// The values of one channel in one unit, which is V, mA, %, mm, 1, L/min, bar or degC.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// The unit.
+    pub unit: String,
+    /// One value a sample, in `unit`.
+    pub values: Vec<f64>,
+}
+
+impl Series {
+    /// Values in `unit`.
+    pub fn new(unit: &str, values: Vec<f64>) -> Self {
+        Self {
+            unit: unit.into(),
+            values,
+        }
+    }
+
+    /// The largest magnitude, in `unit`.
+    pub fn max_abs(&self) -> f64 {
+        self.values
+            .iter()
+            .fold(0.0, |max, value| value.abs().max(max))
+    }
+}
+
+/// A measurement in time: a command and what was measured with it, sample by sample.
+///
+/// It holds at least two samples at strictly rising times, and nothing but finite values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// The file's name without its extension.
+    pub name: String,
+    /// The file's path as it was given: what errors and warnings call the record.
+    pub path: String,
+    /// Columns of the file that no channel takes.
+    pub ignored: Vec<String>,
+    /// What looks wrong but need not be.
+    pub warnings: Vec<String>,
+    time: Vec<f64>,
+    channels: BTreeMap<Channel, Series>,
+}
+
+impl Record {
+    /// A record from values in memory: times in s, and channels in any unit they can have.
+    ///
+    /// # Errors
+    /// No command; a channel of another length or in an unknown unit; a value that is not finite; fewer than two
+    /// samples; times that do not rise strictly.
+    pub fn new(
+        name: &str,
+        time: Vec<f64>,
+        channels: impl IntoIterator<Item = (Channel, Series)>,
+    ) -> Result<Self> {
+        let place = |row, what: &str| format!("record {name:?}, sample {row}, {what}");
+        let finite = |values: &[f64], what: &str| match values.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(row) => Err(Error::input(
+                place(row, what),
+                format!("{} is not finite", values[row]),
+                "repair the value or drop its sample",
+            )),
+        };
+        finite(&time, "time")?;
+        let mut kept = BTreeMap::new();
+        for (channel, mut series) in channels {
+            let whole = format!("record {name:?}, {channel}");
+            if series.values.len() != time.len() {
+                return Err(Error::input(
+                    whole,
+                    format!("has {} values at {} times", series.values.len(), time.len()),
+                    "give one value a sample",
+                ));
+            }
+            let unit = channel.quantity().unit(Some(&series.unit), whole)?;
+            series
+                .values
+                .iter_mut()
+                .for_each(|value| *value = unit.convert(*value));
+            series.unit = unit.kept().into();
+            finite(&series.values, channel.name())?;
+            kept.insert(channel, series);
+        }
+        if !kept.contains_key(&Channel::Command) {
+            return Err(Error::input(
+                format!("record {name:?}"),
+                "has no command",
+                "add the channel command",
+            ));
+        }
+        table::check_rising(&time, "s", name, |row| place(row, "time"))?;
+        Ok(Self::assembled(name, time, kept, Vec::new()))
+    }
+
+    /// Reads a CSV file whose header names channel and unit, `time [s],command [V],spool [%]`, in any order.
+    ///
+    /// Cells may be separated by commas, semicolons (then with decimal commas, too) or tabs; lines that start with `#`
+    /// and blank lines are skipped. `mappings` rename columns of this file. Columns that are no channel are listed in
+    /// [`Record::ignored`]. A constant command is accepted here; see [`Record::check_excited`].
+    ///
+    /// # Errors
+    /// A file that cannot be read as such a table; a column that is missing, there twice or in an unknown unit; a
+    /// cell that is no finite number; fewer than two samples; times that do not rise strictly.
+    pub fn read(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Self> {
+        let path = path.as_ref();
+        let text = table::read_text(path)?;
+        Self::parse(&path.display().to_string(), &text, mappings)
+    }
+
+    /// [`Record::read`] from the text of the file called `path`.
+    ///
+    /// # Errors
+    /// As [`Record::read`], but for those of reading the file.
+    pub fn parse(path: &str, text: &str, mappings: &[Mapping]) -> Result<Self> {
+        let table = Table::parse(path, text)?;
+        let mut sources = Vec::new();
+        for mapping in mappings {
+            let column = &mapping.column;
+            let found = table.find(&format!("{column:?}"), |label| {
+                label.text == *column || label.name == *column
+            })?;
+            let index = found.ok_or_else(|| {
+                table.missing(&format!("{column:?}"), "let --map name one of these")
+            })?;
+            sources.push((index, mapping.target, mapping.unit));
+        }
+        let mut ignored = Vec::new();
+        for (index, label) in table.labels.iter().enumerate() {
+            if sources[..mappings.len()]
+                .iter()
+                .any(|source| source.0 == index)
+            {
+                continue;
+            }
+            match Target::named(&label.name) {
+                Some(target) => {
+                    sources.push((index, target, table.unit(index, target.quantity())?))
+                }
+                None if label.text.is_empty() => {}
+                None => ignored.push(label.text.clone()),
+            }
+        }
+
+        let mut columns = BTreeMap::<Target, Column>::new();
+        for (index, target, unit) in sources {
+            if let Some(other) = columns.get(&target) {
+                return Err(table.twice(&target.to_string(), other.index, index));
+            }
+            let column = Column {
+                index,
+                values: table.values(index, unit)?,
+                unit: unit.kept(),
+            };
+            columns.insert(target, column);
+        }
+        let missing = |target: Target| {
+            let wanted = format!("\"{target} [{}]\"", target.quantity().usual().kept());
+            let remedy =
+                format!("rename the column that holds it or add --map \"COLUMN={target} [UNIT]\"");
+            table.missing(&wanted, &remedy)
+        };
+        let time = columns
+            .remove(&Target::Time)
+            .ok_or_else(|| missing(Target::Time))?;
+        let channels: BTreeMap<Channel, Series> = columns
+            .into_iter()
+            .filter_map(|(target, column)| match target {
+                Target::Time => None,
+                Target::Channel(channel) => {
+                    Some((channel, Series::new(column.unit, column.values)))
+                }
+            })
+            .collect();
+        if !channels.contains_key(&Channel::Command) {
+            return Err(missing(Target::Channel(Channel::Command)));
+        }
+        if !Channel::RESPONSES
+            .iter()
+            .any(|channel| channels.contains_key(channel))
+        {
+            return Err(table.missing(
+                "\"spool [%]\", \"flow [L/min]\" or \"position [mm]\"",
+                "rename the column that holds one of them or add --map \"COLUMN=spool [UNIT]\"",
+            ));
+        }
+        table.check_rising(&time)?;
+        Ok(Self {
+            path: path.into(),
+            ..Self::assembled(&table::stem(path), time.values, channels, ignored)
+        })
+    }
+
+    fn assembled(
+        name: &str,
+        time: Vec<f64>,
+        channels: BTreeMap<Channel, Series>,
+        ignored: Vec<String>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            path: name.into(),
+            ignored,
+            warnings: time_warnings(&time),
+            time,
+            channels,
+        }
+    }
+
+    /// How many samples there are: two or more.
+    pub fn samples(&self) -> usize {
+        self.time.len()
+    }
+
+    /// The times of the samples in s, strictly rising.
+    pub fn time(&self) -> &[f64] {
+        &self.time
+    }
+
+    /// The series of a channel, if the record has it.
+    pub fn get(&self, channel: Channel) -> Option<&Series> {
+        self.channels.get(&channel)
+    }
+
+    /// The command.
+    pub fn command(&self) -> &Series {
+        &self.channels[&Channel::Command]
+    }
+
+    /// The channels there are, in the order of [`Channel::ALL`].
+    pub fn channels(&self) -> impl Iterator<Item = (Channel, &Series)> {
+        self.channels
+            .iter()
+            .map(|(&channel, series)| (channel, series))
+    }
+
+    /// The row where the hold-out begins if the last `hold_out` of the rows, a share from 0 to 1, are held out.
+    ///
+    /// The first row is never held out.
+    pub fn split(&self, hold_out: f64) -> usize {
+        let fitted = (1.0 - hold_out.clamp(0.0, 1.0)) * self.samples() as f64;
+        (fitted.round() as usize).max(1)
+    }
+
+    /// The full scale of the command, in its unit.
+    pub fn full_scale(&self) -> f64 {
+        full_scale(&self.command().unit, self.command().max_abs())
+    }
+
+    /// Refuses a command that never changes, from which nothing can be identified.
+    ///
+    /// Reading does not ask for this: a constant command is what a simulation may want, and a step that starts with
+    /// the record has one. Whoever identifies calls it.
+    ///
+    /// # Errors
+    /// The command is constant.
+    pub fn check_excited(&self) -> Result<()> {
+        let command = self.command();
+        if command
+            .values
+            .iter()
+            .any(|&value| value != command.values[0])
+        {
+            return Ok(());
+        }
+        Err(Error::input(
+            format!("{}, column \"command [{}]\"", self.path, command.unit),
+            format!(
+                "is {} throughout, so there is nothing to identify",
+                command.values[0]
+            ),
+            "give a record whose command moves",
+        ))
+    }
+
+    /// The record as CSV: what [`Record::read`] reads back to the same values.
+    pub fn to_csv(&self) -> String {
+        let mut text = String::from("time [s]");
+        for (channel, series) in &self.channels {
+            text.push_str(&format!(",{channel} [{}]", series.unit));
+        }
+        text.push('\n');
+        for (row, time) in self.time.iter().enumerate() {
+            text.push_str(&time.to_string());
+            for series in self.channels.values() {
+                text.push(',');
+                text.push_str(&series.values[row].to_string());
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// Writes [`Record::to_csv`] to a file, over whatever is there.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_csv(&self, path: impl AsRef<Path>) -> Result<()> {
+        let path = path.as_ref();
+        std::fs::write(path, self.to_csv()).map_err(|error| {
+            Error::input(
+                path.display(),
+                format!("cannot be written: {error}"),
+                "check the path, its permissions and the space left",
+            )
+        })
+    }
+}
+
+/// Full scale of a command in `unit` whose largest magnitude is `max_abs`: 10 for V, 100 for %, otherwise `max_abs`.
+pub fn full_scale(unit: &str, max_abs: f64) -> f64 {
+    usual_full_scale(unit).unwrap_or(max_abs)
+}
+
+/// The full scale that a unit has by itself.
+fn usual_full_scale(unit: &str) -> Option<f64> {
+    match unit {
+        "V" => Some(10.0),
+        "%" => Some(100.0),
+        _ => None,
+    }
+}
+
+/// Times in s that look as if they were in another unit.
+fn time_warnings(time: &[f64]) -> Vec<String> {
+    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let length = time[time.len() - 1] - time[0];
+    let mut warnings = Vec::new();
+    if step > 10.0 {
+        warnings.push(format!(
+            "samples are {step} s apart: is time really in s, not in ms?"
+        ));
+    }
+    if length < 1e-3 {
+        warnings.push(format!(
+            "all samples are within {length} s: is time really in s?"
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,203 @@
+//! Units, and the one unit that each quantity is kept in.
+
+use crate::{Error, Result};
+use std::fmt::Display;
+
+/// What a column measures. It decides which units are known and which one the values are kept in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Kept in s.
+    Time,
+    /// A command or a spool position: kept in V, mA, %, mm or 1, whichever is nearest to what was given.
+    Signal,
+    /// Kept in L/min.
+    Flow,
+    /// Kept in bar.
+    Pressure,
+    /// Kept in mm.
+    Length,
+    /// Kept in degC.
+    Temperature,
+    /// Kept in Hz.
+    Frequency,
+    /// Kept in deg.
+    Phase,
+    /// Kept in dB.
+    Gain,
+    /// A share of full scale: kept in %.
+    Share,
+    /// Kept in cm2.
+    Area,
+    /// A pure number, such as a weight.
+    Number,
+}
+
+/// A unit: how it is spelt, and how its values become values of the unit that is kept.
+#[derive(Debug, PartialEq)]
+pub struct Unit {
+    spellings: &'static [&'static str],
+    kept: &'static str,
+    offset: f64,
+    // A quotient, because 1 / 1000 is the double nearest to 0.001 and 1 * 0.001 need not be.
+    numerator: f64,
+    denominator: f64,
+}
+
+impl Unit {
+    const fn new(
+        spellings: &'static [&'static str],
+        kept: &'static str,
+        numerator: f64,
+        denominator: f64,
+    ) -> Self {
+        Self {
+            spellings,
+            kept,
+            offset: 0.0,
+            numerator,
+            denominator,
+        }
+    }
+
+    const fn offset(self, offset: f64) -> Self {
+        Self { offset, ..self }
+    }
+
+    /// The unit that values are kept in, such as `bar` for `psi`.
+    pub fn kept(&self) -> &'static str {
+        self.kept
+    }
+
+    /// `value` of this unit in the unit that is kept.
+    pub fn convert(&self, value: f64) -> f64 {
+        (value + self.offset) * self.numerator / self.denominator
+    }
+
+    /// Case is ignored, but for a first m: mV is no MV, and MPa no mPa.
+    fn is_spelt(&self, text: &str) -> bool {
+        self.spellings.iter().any(|spelling| {
+            spelling.eq_ignore_ascii_case(text)
+                && spelling.starts_with('m') == text.starts_with('m')
+        })
+    }
+}
+
+const TIME: &[Unit] = &[
+    Unit::new(&["s", "sec"], "s", 1.0, 1.0),
+    Unit::new(&["ms"], "s", 1.0, 1e3),
+    Unit::new(&["us", "\u{b5}s", "\u{3bc}s"], "s", 1.0, 1e6),
+    Unit::new(&["min"], "s", 60.0, 1.0),
+];
+const SIGNAL: &[Unit] = &[
+    Unit::new(&["V"], "V", 1.0, 1.0),
+    Unit::new(&["mV"], "V", 1.0, 1e3),
+    Unit::new(&["mA"], "mA", 1.0, 1.0),
+    Unit::new(&["A"], "mA", 1e3, 1.0),
+    Unit::new(&["%"], "%", 1.0, 1.0),
+    Unit::new(&["1", "-"], "1", 1.0, 1.0),
+];
+const FLOW: &[Unit] = &[
+    Unit::new(&["L/min", "lpm"], "L/min", 1.0, 1.0),
+    Unit::new(&["m^3/s", "m3/s", "m³/s"], "L/min", 60_000.0, 1.0),
+    Unit::new(&["cm^3/s", "cm3/s", "cm³/s"], "L/min", 60.0, 1e3),
+    Unit::new(&["gpm"], "L/min", 3.785_411_784, 1.0),
+];
+const PRESSURE: &[Unit] = &[
+    Unit::new(&["bar"], "bar", 1.0, 1.0),
+    Unit::new(&["Pa"], "bar", 1.0, 1e5),
+    Unit::new(&["kPa"], "bar", 1.0, 100.0),
+    Unit::new(&["MPa"], "bar", 10.0, 1.0),
+    Unit::new(&["psi"], "bar", 0.068_947_572_931_683_6, 1.0),
+];
+const LENGTH: &[Unit] = &[
+    Unit::new(&["mm"], "mm", 1.0, 1.0),
+    Unit::new(&["m"], "mm", 1e3, 1.0),
+    Unit::new(&["cm"], "mm", 10.0, 1.0),
+    Unit::new(&["um", "\u{b5}m", "\u{3bc}m"], "mm", 1.0, 1e3),
+    Unit::new(&["in", "inch"], "mm", 25.4, 1.0),
+];
+const TEMPERATURE: &[Unit] = &[
+    Unit::new(&["degC", "°C", "C"], "degC", 1.0, 1.0),
+    Unit::new(&["degF", "°F", "F"], "degC", 5.0, 9.0).offset(-32.0),
+    Unit::new(&["K"], "degC", 1.0, 1.0).offset(-273.15),
+];
+const FREQUENCY: &[Unit] = &[
+    Unit::new(&["Hz"], "Hz", 1.0, 1.0),
+    Unit::new(&["rad/s"], "Hz", 1.0, std::f64::consts::TAU),
+];
+const PHASE: &[Unit] = &[
+    Unit::new(&["deg", "°"], "deg", 1.0, 1.0),
+    Unit::new(&["rad"], "deg", 180.0, std::f64::consts::PI),
+];
+const GAIN: &[Unit] = &[Unit::new(&["dB"], "dB", 1.0, 1.0)];
+const SHARE: &[Unit] = &[
+    Unit::new(&["%"], "%", 1.0, 1.0),
+    Unit::new(&["1", "-"], "%", 100.0, 1.0),
+];
+const AREA: &[Unit] = &[
+    Unit::new(&["cm2", "cm^2", "cm²"], "cm2", 1.0, 1.0),
+    Unit::new(&["mm2", "mm^2", "mm²"], "cm2", 1.0, 100.0),
+    Unit::new(&["m2", "m^2", "m²"], "cm2", 1e4, 1.0),
+];
+const NUMBER: &[Unit] = &[Unit::new(&["1", "-"], "1", 1.0, 1.0)];
+
+impl Quantity {
+    fn units(self) -> impl Iterator<Item = &'static Unit> {
+        let (own, more): (&'static [Unit], &'static [Unit]) = match self {
+            Self::Time => (TIME, &[]),
+            Self::Signal => (SIGNAL, LENGTH),
+            Self::Flow => (FLOW, &[]),
+            Self::Pressure => (PRESSURE, &[]),
+            Self::Length => (LENGTH, &[]),
+            Self::Temperature => (TEMPERATURE, &[]),
+            Self::Frequency => (FREQUENCY, &[]),
+            Self::Phase => (PHASE, &[]),
+            Self::Gain => (GAIN, &[]),
+            Self::Share => (SHARE, &[]),
+            Self::Area => (AREA, &[]),
+            Self::Number => (NUMBER, &[]),
+        };
+        own.iter().chain(more)
+    }
+
+    /// The unit to name in an example: the one that is kept, V for a signal.
+    pub(super) fn usual(self) -> &'static Unit {
+        match self {
+            Self::Time => &TIME[0],
+            Self::Signal => &SIGNAL[0],
+            Self::Flow => &FLOW[0],
+            Self::Pressure => &PRESSURE[0],
+            Self::Length => &LENGTH[0],
+            Self::Temperature => &TEMPERATURE[0],
+            Self::Frequency => &FREQUENCY[0],
+            Self::Phase => &PHASE[0],
+            Self::Gain => &GAIN[0],
+            Self::Share => &SHARE[0],
+            Self::Area => &AREA[0],
+            Self::Number => &NUMBER[0],
+        }
+    }
+
+    /// The unit spelt `text`. Where there is none, time is in s, pressure in bar, and a number is a number.
+    ///
+    /// # Errors
+    /// An unknown unit, or none where one is needed; `place` says where.
+    pub fn unit(self, text: Option<&str>, place: impl Display) -> Result<&'static Unit> {
+        let problem = match text {
+            None if matches!(self, Self::Time | Self::Pressure | Self::Number) => {
+                return Ok(self.usual());
+            }
+            None => "has no unit".to_string(),
+            Some(text) => match self.units().find(|unit| unit.is_spelt(text)) {
+                Some(unit) => return Ok(unit),
+                None => format!("unit {text:?} is not known here"),
+            },
+        };
+        let known: Vec<&str> = self.units().map(|unit| unit.spellings[0]).collect();
+        Err(Error::input(
+            place,
+            problem,
+            format!("write one of [{}] behind the name", known.join("] [")),
+        ))
+    }
+}

@@ -58,13 +58,13 @@ struct Work {
 @group(0) @binding(7) var<storage, read> tones: array<Tone>;
 @group(0) @binding(8) var<storage, read> wave: array<vec2<f32>>;
 
-fn between(from: Input, to: Input, share: f32) -> Input {
+fn between(start: Input, end: Input, share: f32) -> Input {
     return Input(
-        from.command + share * (to.command - from.command),
-        from.supply + share * (to.supply - from.supply),
-        from.tank + share * (to.tank - from.tank),
-        from.a + share * (to.a - from.a),
-        from.b + share * (to.b - from.b),
+        start.command + share * (end.command - start.command),
+        start.supply + share * (end.supply - start.supply),
+        start.tank + share * (end.tank - start.tank),
+        start.a + share * (end.a - start.a),
+        start.b + share * (end.b - start.b),
     );
 }
 

@@ -1,3 +1,15 @@
 //! The command line of servobee.
 
-fn main() {}
+mod cli;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match cli::run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("servobee: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

@@ -4,9 +4,11 @@ use super::problem::{Data, Problem, Wave};
 use super::simulate::{response, squares, with_states};
 use super::{Cost, Evaluator, Population};
 use crate::Result;
-use crate::model::real::Lanes;
+use crate::model::real::{Element, Lanes};
 use crate::model::{Plant, Real};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
+use std::marker::PhantomData;
 
 /// A state beyond this magnitude (in its own unit) has diverged: far from any valve, and its square still a finite f32.
 pub const STATE_LIMIT: f64 = 1e9;
@@ -41,172 +43,126 @@ impl Evaluator for CpuEvaluator {
         };
         format!(
             "CPU ({name} lanes, {}, {} threads)",
-            Width::detect().name(),
+            instructions(),
             rayon::current_num_threads()
         )
     }
 
     fn costs(&mut self, problem: &Problem, population: &Population) -> Result<Vec<Cost>> {
-        let width = Width::detect();
         Ok(match self.precision {
-            Precision::F64 => all_batches::<f64, 16>(width, problem, population),
-            Precision::F32 => all_batches::<f32, 32>(width, problem, population),
+            Precision::F64 => all_batches::<f64>(problem, population),
+            Precision::F32 => all_batches::<f32>(problem, population),
         })
     }
 }
 
-/// The vector instructions that a batch is compiled for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Width {
-    Baseline,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
+/// Vectors in flight: enough to hide the latency of one operation behind the others.
+const IN_FLIGHT: usize = 2;
 
-impl Width {
-    /// The widest that this CPU has.
-    fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512vl")
-            {
-                return Self::Avx512;
-            }
-            if is_x86_feature_detected!("avx2") {
-                return Self::Avx2;
-            }
+/// The name of the widest vector instructions that this CPU has.
+fn instructions() -> &'static str {
+    struct Bits;
+    impl WithSimd for Bits {
+        type Output = usize;
+        fn with_simd<S: Simd>(self, _: S) -> usize {
+            size_of::<S::f32s>() * 8
         }
-        Self::Baseline
     }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Baseline => "baseline vectors",
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => "AVX2",
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => "AVX-512",
-        }
+    match Arch::new().dispatch(Bits) {
+        512 => "512-bit vectors",
+        256 => "256-bit vectors",
+        128 => "128-bit vectors",
+        _ => "no vectors",
     }
 }
 
-fn all_batches<T, const W: usize>(
-    width: Width,
-    problem: &Problem,
-    population: &Population,
-) -> Vec<Cost>
-where
-    T: Real + Into<f64> + Send + Sync,
-{
+fn all_batches<E: Element>(problem: &Problem, population: &Population) -> Vec<Cost> {
     let wave = match &*problem.data {
         Data::Tones(tones) => Wave::new(tones),
         Data::Series(_) => Wave::new(&[]),
     };
-    let states = problem.structure.states().len();
-    let batches: Vec<Vec<Cost>> = (0..population.len().div_ceil(W))
+    let batch = |first| Batch {
+        problem,
+        wave: &wave,
+        population,
+        first,
+        element: PhantomData::<E>,
+    };
+    let width = Arch::new().dispatch(Width(PhantomData::<E>));
+    let costs: Vec<Vec<Cost>> = (0..population.len())
         .into_par_iter()
-        .map(|batch| {
-            let candidates: Vec<&[f64]> = (batch * W..population.len().min((batch + 1) * W))
-                .map(|i| population.candidate(i))
-                .collect();
-            let mut costs =
-                with_states!(states, dispatch::<T, W>(width, problem, &wave, &candidates));
-            costs.truncate(candidates.len());
-            costs
-        })
+        .step_by(width)
+        .map(|first| Arch::new().dispatch(batch(first)))
         .collect();
-    batches.concat()
+    costs.concat()
 }
 
-fn dispatch<T, const W: usize, const N: usize>(
-    width: Width,
-    problem: &Problem,
-    wave: &Wave,
-    candidates: &[&[f64]],
-) -> Vec<Cost>
-where
-    T: Real + Into<f64>,
-{
-    match width {
-        Width::Baseline => batch::<T, W, N>(problem, wave, candidates),
-        // SAFETY: `Width::detect` found these instructions on this CPU.
-        #[cfg(target_arch = "x86_64")]
-        Width::Avx2 => unsafe { batch_avx2::<T, W, N>(problem, wave, candidates) },
-        // SAFETY: as above.
-        #[cfg(target_arch = "x86_64")]
-        Width::Avx512 => unsafe { batch_avx512::<T, W, N>(problem, wave, candidates) },
+/// Asks how many candidates a batch has.
+struct Width<E>(PhantomData<E>);
+
+impl<E: Element> WithSimd for Width<E> {
+    type Output = usize;
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        Lanes::<E, S, IN_FLIGHT>::WIDTH
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn batch_avx2<T, const W: usize, const N: usize>(
-    problem: &Problem,
-    wave: &Wave,
-    candidates: &[&[f64]],
-) -> Vec<Cost>
-where
-    T: Real + Into<f64>,
-{
-    batch::<T, W, N>(problem, wave, candidates)
+/// The candidates from number `first` that are evaluated in lockstep; lanes past the population's end repeat the last.
+struct Batch<'a, E> {
+    problem: &'a Problem,
+    wave: &'a Wave,
+    population: &'a Population,
+    first: usize,
+    element: PhantomData<E>,
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl")]
-fn batch_avx512<T, const W: usize, const N: usize>(
-    problem: &Problem,
-    wave: &Wave,
-    candidates: &[&[f64]],
-) -> Vec<Cost>
-where
-    T: Real + Into<f64>,
-{
-    batch::<T, W, N>(problem, wave, candidates)
+impl<E: Element> WithSimd for Batch<'_, E> {
+    type Output = Vec<Cost>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<Cost> {
+        with_states!(self.problem.structure.states().len(), run::<E, S>(&self))
+    }
 }
 
-/// The costs of up to `W` candidates, in lockstep; lanes without a candidate repeat the last one.
 #[inline(always)]
-fn batch<T, const W: usize, const N: usize>(
-    problem: &Problem,
-    wave: &Wave,
-    candidates: &[&[f64]],
-) -> Vec<Cost>
-where
-    T: Real + Into<f64>,
-{
-    let lane = |parameter: usize| {
-        Lanes::<T, W>(std::array::from_fn(|i| {
-            T::constant(candidates[i.min(candidates.len() - 1)][parameter])
-        }))
-    };
-    let free: Vec<Lanes<T, W>> = (0..candidates[0].len()).map(lane).collect();
+fn run<E: Element, S: Simd, const N: usize>(batch: &Batch<E>) -> Vec<Cost> {
+    let Batch {
+        problem,
+        wave,
+        population,
+        first,
+        ..
+    } = *batch;
+    let width = Lanes::<E, S, IN_FLIGHT>::WIDTH;
+    let count = width.min(population.len() - first);
+    let free: Vec<Lanes<E, S, IN_FLIGHT>> = (0..population.dimension())
+        .map(|j| Lanes::from_fn(|i| E::constant(population.candidate(first + i.min(count - 1))[j])))
+        .collect();
     let plant = Plant::new(
         &problem.structure,
         &problem.complete(&free, Lanes::constant),
     );
-    let mut diverged = [false; W];
-    let mut watch = |state: &[Lanes<T, W>; N]| {
+    let mut diverged = vec![false; width];
+    let mut watch = |state: &[Lanes<E, S, IN_FLIGHT>]| {
         for value in state {
-            for (flag, value) in diverged.iter_mut().zip(value.0) {
+            for (flag, &value) in diverged.iter_mut().zip(value.lanes()) {
                 let magnitude: f64 = value.into().abs();
+                // A NaN is not below the limit either.
                 *flag |= !(magnitude < STATE_LIMIT);
             }
         }
         diverged.iter().all(|&flag| flag)
     };
-    let mut costs = [0.0; W];
+    let mut costs = vec![0.0; count];
     match &*problem.data {
         Data::Series(all) => {
-            let mut sums = [[0.0; 3]; W];
+            let mut sums = vec![[0.0; 3]; count];
             for series in all {
-                let add = |slice: [Lanes<T, W>; 3]| {
-                    for (i, sum) in sums.iter_mut().enumerate() {
-                        for (total, part) in sum.iter_mut().zip(slice) {
-                            *total += part.0[i].into();
+                let add = |slice: [Lanes<E, S, IN_FLIGHT>; 3]| {
+                    for (output, part) in slice.iter().enumerate() {
+                        for (sum, &lane) in sums.iter_mut().zip(part.lanes()) {
+                            sum[output] += lane.into();
                         }
                     }
                 };
@@ -217,27 +173,24 @@ where
             }
         }
         Data::Tones(tones) => {
-            let responses: Vec<[Lanes<T, W>; 2]> = tones
+            let responses: Vec<[Lanes<E, S, IN_FLIGHT>; 2]> = tones
                 .iter()
-                .map(|tone| response::<_, N>(&plant, tone, wave, &mut watch))
+                .map(|tone| response(&plant, tone, wave, &mut watch))
                 .collect();
             for (i, cost) in costs.iter_mut().enumerate() {
                 let own = responses
                     .iter()
-                    .map(|[re, im]| [re.0[i].into(), im.0[i].into()]);
+                    .map(|parts| parts.each_ref().map(|part| part.lanes()[i].into()));
                 *cost = problem.cost_of_responses(tones, own);
             }
         }
     }
-    costs
-        .iter()
-        .zip(diverged)
-        .map(|(&cost, diverged)| {
-            if diverged {
-                Cost::DIVERGED
-            } else {
-                Cost::finished(cost)
-            }
-        })
-        .collect()
+    let judge = |(cost, diverged)| {
+        if diverged {
+            Cost::DIVERGED
+        } else {
+            Cost::finished(cost)
+        }
+    };
+    costs.into_iter().zip(diverged).map(judge).collect()
 }

@@ -1,5 +1,6 @@
 //! Evaluators: the costs of a whole population at once, on the CPU or on the GPU.
 
+mod choose;
 mod cpu;
 pub mod gpu;
 mod population;
@@ -7,6 +8,7 @@ pub mod problem;
 pub mod simulate;
 pub mod wgsl;
 
+pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use population::{Cost, Population, Status};
 pub use problem::Problem;

@@ -1,7 +1,7 @@
 //! The time loops, over [`Real`]: one candidate, or a vector of them, on one record or one tone. Their twins on the
 //! GPU are the loops of `shaders/evaluate.wgsl`; what is summed where is the same in both.
 
-use super::problem::{SAMPLES_PER_PERIOD, Series, Tone, Wave};
+use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::model::integrate::advance;
 use crate::model::{Hold, Input, Plant, Real, Structure};
 
@@ -30,7 +30,7 @@ pub fn series<R: Real, const N: usize>(
     structure: &Structure,
     plant: &Plant<R>,
     series: &Series,
-    mut row: impl FnMut(usize, &[R; N], [R; 3]) -> bool,
+    mut row: impl FnMut(usize, &[R], [R; 3]) -> bool,
 ) {
     let samples = &series.samples;
     let mut input = Input::constant(samples[0].input);
@@ -43,44 +43,43 @@ pub fn series<R: Real, const N: usize>(
             return;
         };
         let step = R::constant(sample.step);
-        match structure.hold {
-            Hold::Held => {
-                for _ in 0..sample.substeps {
-                    state = advance(plant, state, [&input; 3], step);
+        for j in 0..sample.substeps {
+            let mut inputs = [input; 3];
+            if structure.hold == Hold::Interpolated {
+                for (half, input) in inputs.iter_mut().enumerate() {
+                    *input = Input::constant(between(sample, next, 2 * j + half as u32));
                 }
             }
-            Hold::Interpolated => {
-                let at = |half_steps: u32| {
-                    let share = f64::from(half_steps) / f64::from(2 * sample.substeps);
-                    let mut between = sample.input;
-                    for (value, next) in between.iter_mut().zip(next.input) {
-                        *value += share * (next - *value);
-                    }
-                    Input::constant(between)
-                };
-                for j in 0..sample.substeps {
-                    let inputs = [at(2 * j), at(2 * j + 1), at(2 * j + 2)];
-                    state = advance(plant, state, inputs.each_ref(), step);
-                }
-            }
+            state = advance(plant, state, inputs.each_ref(), step);
         }
         input = Input::constant(next.input);
     }
 }
 
-/// Sums of weighted squared errors of each output over a record, and the largest magnitude of the states.
+/// The input `half_steps` half integration steps after `sample`, on the way to `next`.
+fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 5] {
+    let share = f64::from(half_steps) / f64::from(2 * sample.substeps);
+    let mut input = sample.input;
+    for (value, next) in input.iter_mut().zip(next.input) {
+        *value += share * (next - *value);
+    }
+    input
+}
+
+/// Sums weighted squared errors of each output over a record: `slice_done` gets the sums of every slice of [`SLICE`]
+/// rows. After every chunk `diverged` looks at the state, and ends the simulation by returning true.
 #[inline(always)]
 pub fn squares<R: Real, const N: usize>(
     structure: &Structure,
     plant: &Plant<R>,
     record: &Series,
     mut slice_done: impl FnMut([R; 3]),
-    mut diverged: impl FnMut(&[R; N]) -> bool,
+    mut diverged: impl FnMut(&[R]) -> bool,
 ) {
     let zero = [R::constant(0.0); 3];
     let (mut chunk, mut slice) = (zero, zero);
     let last = record.samples.len() - 1;
-    series(structure, plant, record, |k, state, outputs| {
+    series::<R, N>(structure, plant, record, |k, state, outputs| {
         let sample = &record.samples[k];
         let weight = R::constant(sample.weight);
         for i in 0..3 {
@@ -96,19 +95,20 @@ pub fn squares<R: Real, const N: usize>(
                 slice_done(slice);
                 slice = zero;
             }
+            return !diverged(state);
         }
-        !diverged(state)
+        true
     });
 }
 
-/// Correlates the first observed output's response to a tone with the sine: its (in-phase, quadrature) parts per unit of command
-/// amplitude. The tone starts from equilibrium with zero command.
+/// Correlates the spool's response to a tone with the sine: its (in-phase, quadrature) parts per unit of command
+/// amplitude. The tone starts from equilibrium with zero command. After every period `diverged` looks at the state.
 #[inline(always)]
-pub fn response<R: Real, const N: usize>(
+pub fn response<R: Real>(
     plant: &Plant<R>,
     tone: &Tone,
     wave: &Wave,
-    mut diverged: impl FnMut(&[R; N]) -> bool,
+    mut diverged: impl FnMut(&[R]) -> bool,
 ) -> [R; 2] {
     let interval = 1.0 / (tone.frequency * f64::from(SAMPLES_PER_PERIOD));
     let step = R::constant(interval / f64::from(tone.substeps));
@@ -120,7 +120,7 @@ pub fn response<R: Real, const N: usize>(
         input.command = amplitude * R::constant(sin);
         input
     };
-    let mut state: [R; N] = plant.initial(&input(0), R::constant(0.0));
+    let mut state: [R; 2] = plant.initial(&input(0), R::constant(0.0));
     let mut sum = [R::constant(0.0); 2];
     for period in 0..tone.settle + tone.measure {
         let mut chunk = [R::constant(0.0); 2];

@@ -19,17 +19,16 @@ pub fn advance<R: Real, const N: usize>(
         }
         state
     };
-    let half = step * R::constant(0.5);
-    let k1 = plant.derivative(&state, inputs[0]);
-    let k2 = plant.derivative(&moved(half, &k1), inputs[1]);
-    let k3 = plant.derivative(&moved(half, &k2), inputs[1]);
-    let k4 = plant.derivative(&moved(step, &k3), inputs[2]);
-    let two = R::constant(2.0);
-    let mut mean = k1;
-    for i in 0..N {
-        mean[i] = k1[i] + two * k2[i] + two * k3[i] + k4[i];
+    let [start, middle, end] = inputs;
+    let mut slope = plant.derivative(&state, start);
+    let mut sum = slope;
+    for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)] {
+        slope = plant.derivative(&moved(step * R::constant(share), &slope), input);
+        for i in 0..N {
+            sum[i] = sum[i] + R::constant(weight) * slope[i];
+        }
     }
-    moved(step * R::constant(1.0 / 6.0), &mean)
+    moved(step * R::constant(1.0 / 6.0), &sum)
 }
 
 /// Steps are at most this fraction of the fastest time constant that the bounds allow.

@@ -1,67 +1,147 @@
-//! Many candidates at once: a fixed-width array that compilers turn into vector instructions.
+//! Many candidates at once: vectors as wide as the CPU has them, several in flight to hide latency.
 
 use super::Real;
+use bytemuck::Pod;
+use pulp::Simd;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// `N` numbers of type `T`, one a candidate; every operation acts on each.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))]
-pub struct Lanes<T, const N: usize>(pub [T; N]);
+/// A float that the CPU has vectors of.
+pub trait Element: Real + Pod + Into<f64> {
+    /// The vector of it under the instruction set `S`.
+    type Vector<S: Simd>: Pod;
+    /// The same value in every lane.
+    fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
+    /// Sum.
+    fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// Difference.
+    fn sub<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// Product.
+    fn mul<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// Quotient.
+    fn div<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// The smaller of the two.
+    fn min<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// The larger of the two.
+    fn max<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
+    /// Opposite.
+    fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
+    /// Square root.
+    fn sqrt<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
+}
 
-impl<T: Real, const N: usize> Lanes<T, N> {
-    #[inline(always)]
-    fn map(mut self, f: impl Fn(T) -> T) -> Self {
-        for value in &mut self.0 {
-            *value = f(*value);
+macro_rules! element {
+    ($float:ident, $vector:ident, $splat:ident, $($method:ident $own:ident ($($argument:ident),+)),+) => {
+        impl Element for $float {
+            type Vector<S: Simd> = S::$vector;
+            #[inline(always)]
+            fn splat<S: Simd>(simd: S, value: Self) -> S::$vector {
+                simd.$splat(value)
+            }
+            $(#[inline(always)]
+            fn $method<S: Simd>(simd: S, $($argument: S::$vector),+) -> S::$vector {
+                simd.$own($($argument),+)
+            })+
         }
-        self
+    };
+}
+element!(
+    f32, f32s, splat_f32s, add add_f32s(a, b), sub sub_f32s(a, b), mul mul_f32s(a, b), div div_f32s(a, b),
+    min min_f32s(a, b), max max_f32s(a, b), neg neg_f32s(a), sqrt sqrt_f32s(a)
+);
+element!(
+    f64, f64s, splat_f64s, add add_f64s(a, b), sub sub_f64s(a, b), mul mul_f64s(a, b), div div_f64s(a, b),
+    min min_f64s(a, b), max max_f64s(a, b), neg neg_f64s(a), sqrt sqrt_f64s(a)
+);
+
+/// `K` vectors of `E` under the instruction set `S`, one candidate a lane; every operation acts on each.
+///
+/// Numbers are made without the instruction set's token at hand, so they must be used only where a token of `S`
+/// exists: inside `pulp`'s dispatch, as the CPU evaluator does.
+#[derive(Clone, Copy)]
+pub struct Lanes<E: Element, S: Simd, const K: usize>([E::Vector<S>; K]);
+
+/// The token of an instruction set.
+#[inline(always)]
+fn token<S: Simd>() -> S {
+    const { assert!(size_of::<S>() == 0) };
+    // SAFETY: a token has no bytes, so nothing is read. What it stands for, that the CPU has these instructions, was
+    // checked when pulp's dispatch chose `S`, which is the only place that names one.
+    unsafe { std::mem::zeroed() }
+}
+
+impl<E: Element, S: Simd, const K: usize> Lanes<E, S, K> {
+    /// How many lanes there are.
+    pub const WIDTH: usize = K * size_of::<E::Vector<S>>() / size_of::<E>();
+
+    /// The number whose lane `i` is `value(i)`.
+    pub fn from_fn(value: impl FnMut(usize) -> E) -> Self {
+        let lanes: Vec<E> = (0..Self::WIDTH).map(value).collect();
+        let each = Self::WIDTH / K;
+        Self(std::array::from_fn(|k| {
+            bytemuck::pod_read_unaligned(bytemuck::cast_slice(&lanes[k * each..(k + 1) * each]))
+        }))
+    }
+
+    /// All lanes' values.
+    pub fn lanes(&self) -> &[E] {
+        bytemuck::cast_slice(&self.0)
     }
 
     #[inline(always)]
-    fn zip(mut self, other: Self, f: impl Fn(T, T) -> T) -> Self {
-        for (value, other) in self.0.iter_mut().zip(other.0) {
-            *value = f(*value, other);
+    fn map(self, f: impl Fn(S, E::Vector<S>) -> E::Vector<S>) -> Self {
+        let mut result = self;
+        for i in 0..K {
+            result.0[i] = f(token(), self.0[i]);
         }
-        self
+        result
+    }
+
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(S, E::Vector<S>, E::Vector<S>) -> E::Vector<S>) -> Self {
+        let mut result = self;
+        for i in 0..K {
+            result.0[i] = f(token(), self.0[i], other.0[i]);
+        }
+        result
     }
 }
 
 macro_rules! lanewise {
     ($($operator:ident $method:ident),*) => {$(
-        impl<T: Real, const N: usize> $operator for Lanes<T, N> {
+        impl<E: Element, S: Simd, const K: usize> $operator for Lanes<E, S, K> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                self.zip(other, T::$method)
+                self.zip(other, <E as Element>::$method)
             }
         }
     )*};
 }
 lanewise!(Add add, Sub sub, Mul mul, Div div);
 
-impl<T: Real, const N: usize> Neg for Lanes<T, N> {
+impl<E: Element, S: Simd, const K: usize> Neg for Lanes<E, S, K> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        self.map(T::neg)
+        self.map(<E as Element>::neg)
     }
 }
 
-impl<T: Real, const N: usize> Real for Lanes<T, N> {
+impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self([T::constant(value); N])
+        Self([E::splat(token::<S>(), E::constant(value)); K])
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.map(T::sqrt)
+        self.map(<E as Element>::sqrt)
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        self.zip(other, T::min)
+        self.zip(other, <E as Element>::min)
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        self.zip(other, T::max)
+        self.zip(other, <E as Element>::max)
     }
 }

@@ -9,7 +9,7 @@ mod lanes;
 mod wgsl;
 
 pub use dual::Dual;
-pub use lanes::Lanes;
+pub use lanes::{Element, Lanes};
 pub use wgsl::{Function, Trace, Wgsl};
 
 use std::ops::{Add, Div, Mul, Neg, Sub};

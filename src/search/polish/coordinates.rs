@@ -108,7 +108,7 @@ impl<'a> Coordinates<'a> {
                 Scale::Linear => position[j].abs(),
                 Scale::Log => 1.0,
             };
-            step[j].abs() <= tolerance * size
+            step[j].abs() <= tolerance * (size + tolerance)
         })
     }
 

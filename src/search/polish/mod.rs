@@ -3,20 +3,34 @@
 //! With residuals r(θ) = measured − simulated, weighted, and J = ∂r/∂θ, [`polish`] minimises the sum of squares
 //! |r|². Everything is done in search coordinates u: the value itself on a linear scale, its logarithm on a
 //! logarithmic one. The Jacobian is never stored: its rows stream into a [`Triangle`], from which come the steps, the
-//! [`Uncertainty`] of each parameter, and the [`Unidentifiable`] ones; [`profile`] follows the cost itself where its
+//! [`Uncertainty`] of each parameter, and the [`Unidentifiable`] ones; [`profile()`] follows the cost itself where its
 //! curvature says too little.
 
+mod autocorrelation;
 mod coordinates;
+mod identifiability;
+mod profile;
+mod spectrum;
 mod step;
 mod triangle;
+mod uncertainty;
 
 use nalgebra::DVector;
 
 use crate::model::Parameter;
 use crate::{Error, Result};
+pub use autocorrelation::autocorrelation_inflation;
 use coordinates::Coordinates;
+pub use identifiability::{Kind, Unidentifiable};
+pub use profile::profile;
 use step::bounded_step;
 pub use triangle::Triangle;
+pub use uncertainty::{Interval, Uncertainty, UncertaintyOptions};
+
+/// A step must achieve at least this fraction of the decrease that the linearised model predicts.
+const MIN_GAIN: f64 = 1e-4;
+/// Less damping would let rounding errors move parameters that the data do not determine.
+const MIN_DAMPING: f64 = f64::EPSILON;
 
 /// A sum of squares to be minimised, whose Jacobian is handed over row by row.
 pub trait LeastSquares {
@@ -24,7 +38,8 @@ pub trait LeastSquares {
     /// derivative of the residual with respect to parameter `j` in its own unit. False if the simulation diverged.
     fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool;
 
-    /// The sum of squared residuals at `candidate`, or `None` if the simulation diverged.
+    /// The sum of the squares of the residuals that [`rows`](Self::rows) hands over at `candidate`, or `None` if the
+    /// simulation diverged.
     fn cost(&mut self, candidate: &[f64]) -> Option<f64>;
 }
 
@@ -155,26 +170,26 @@ pub fn polish(
         }
 
         evaluations += 1;
-        let decrease = problem.cost(&trial_values).map(|trial| cost - trial);
-        let gain = decrease.map_or(f64::NEG_INFINITY, |decrease| decrease / predicted);
-        let accepted = if gain > 1e-4 {
+        let trial_cost = problem.cost(&trial_values).unwrap_or(f64::INFINITY);
+        let decrease = cost - trial_cost;
+        let gain = decrease / predicted;
+        let settled = predicted.max(decrease.abs()) <= options.cost_tolerance * cost;
+        let next = if decrease > 0.0 && gain > MIN_GAIN {
             evaluations += 1;
             space.triangle(problem, &trial_values)
         } else {
             None
         };
-        let old_cost = cost;
-        if let (Some(decrease), Some(next)) = (decrease, accepted) {
-            (position, values, triangle) = (trial, trial_values, next);
-            cost -= decrease;
-            damping *= (1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3)).max(1.0 / 3.0);
+        if let Some(next) = next {
+            (position, values, triangle, cost) = (trial, trial_values, next, trial_cost);
+            let factor = 1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3);
+            damping = (damping * factor.max(1.0 / 3.0)).max(MIN_DAMPING);
             growth = 2.0;
         } else {
             damping *= growth;
             growth *= 2.0;
         }
-        let settled = options.cost_tolerance * old_cost;
-        if predicted <= settled && decrease.is_some_and(|decrease| decrease.abs() <= settled) {
+        if settled {
             break Stop::Cost;
         }
         if small_step {

@@ -83,3 +83,54 @@ fn least_squares(matrix: DMatrix<f64>, mut right: DVector<f64>) -> DVector<f64> 
         .solve_upper_triangular(&right.rows(0, count))
         .unwrap_or_else(|| DVector::zeros(count))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn steps_meet_the_optimality_conditions_of_the_bounded_problem() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let count = 6;
+        let mut held = 0;
+        for _ in 0..200 {
+            let triangle = Triangle::gather(count, |row| {
+                for _ in 0..10 {
+                    let gradient: Vec<f64> =
+                        (0..count).map(|_| random.random::<f64>() - 0.3).collect();
+                    row(random.random::<f64>() - 0.5, &gradient);
+                }
+                true
+            })
+            .unwrap();
+            let scale = triangle.column_norms();
+            // Some parameters start on a bound: no room to one side.
+            let mut side = || (random.random::<f64>() - 0.3).max(0.0);
+            let low = DVector::from_fn(count, |_, _| -side());
+            let high = DVector::from_fn(count, |_, _| side());
+            let damping = 1e-3;
+            let step = bounded_step(&triangle, damping, &scale, &low, &high);
+
+            let pull = damping * scale.component_mul(&scale).component_mul(&step);
+            let descent =
+                -triangle.gradient() - triangle.r().tr_mul(&(triangle.r() * &step)) - pull;
+            for j in 0..count {
+                assert!(low[j] <= step[j] && step[j] <= high[j]);
+                let resisted = (descent[j] < 0.0 && step[j] == low[j])
+                    || (descent[j] > 0.0 && step[j] == high[j]);
+                assert!(
+                    resisted || descent[j].abs() < 1e-10,
+                    "{j}: {descent} {step}"
+                );
+                held += usize::from(resisted);
+            }
+            assert!(triangle.predicted_decrease(&step) >= 0.0);
+        }
+        assert!(
+            held > 200,
+            "too few bounds were active to test anything: {held}"
+        );
+    }
+}

@@ -107,3 +107,39 @@ fn fold(block: DMatrix<f64>) -> DMatrix<f64> {
     let height = block.nrows();
     QR::new(block).unpack_r().resize_vertically(height, 0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_triangle_of_many_blocks_has_the_products_of_the_rows() {
+        let count = 3 * BLOCK + 17;
+        let matrix = DMatrix::from_fn(count, 3, |row, column| {
+            (row as f64 * 0.7 + column as f64).sin()
+        });
+        let residual = DVector::from_fn(count, |row, _| (row as f64 * 0.3).cos() + 0.1);
+        let triangle = Triangle::gather(3, |row| {
+            for index in 0..count {
+                row(residual[index], matrix.row(index).transpose().as_slice());
+            }
+            true
+        })
+        .unwrap();
+        assert_eq!(triangle.rows(), count);
+        assert!((triangle.cost() / residual.norm_squared() - 1.0).abs() < 1e-13);
+        assert!((triangle.r().tr_mul(&triangle.r()) - matrix.tr_mul(&matrix)).amax() < 1e-10);
+        assert!((triangle.gradient() - matrix.tr_mul(&residual)).amax() < 1e-10);
+        assert!((0..3).all(|j| (0..j).all(|k| triangle.r()[(j, k)] == 0.0)));
+    }
+
+    #[test]
+    fn a_divergence_or_a_number_that_is_not_finite_leaves_no_triangle() {
+        assert_eq!(Triangle::gather(1, |_| false), None);
+        let poisoned = Triangle::gather(1, |row| {
+            row(1.0, &[f64::NAN]);
+            true
+        });
+        assert_eq!(poisoned, None);
+    }
+}

@@ -1,61 +1,19 @@
 //! The polish against closed forms, certified solutions and its own promises.
 
+mod nist;
+mod problems;
+mod uncertainty;
+
+use problems::{Curve, Kink, Valley, unbounded};
 use servobee::model::Parameter;
-use servobee::search::polish::{Bound, LeastSquares, PolishOptions, Stop, polish};
-
-/// y = model(x, parameters) with the model's gradient, fitted to (x, y).
-struct Curve<F> {
-    data: Vec<(f64, f64)>,
-    model: F,
-}
-
-impl<F: FnMut(f64, &[f64], &mut [f64]) -> f64> LeastSquares for Curve<F> {
-    fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
-        let mut gradient = vec![0.0; candidate.len()];
-        for &(x, y) in &self.data {
-            let simulated = (self.model)(x, candidate, &mut gradient);
-            gradient.iter_mut().for_each(|slope| *slope = -*slope);
-            row(y - simulated, &gradient);
-        }
-        true
-    }
-
-    fn cost(&mut self, candidate: &[f64]) -> Option<f64> {
-        let mut gradient = vec![0.0; candidate.len()];
-        let squares = self
-            .data
-            .iter()
-            .map(|&(x, y)| (y - (self.model)(x, candidate, &mut gradient)).powi(2));
-        let cost: f64 = squares.sum();
-        cost.is_finite().then_some(cost)
-    }
-}
-
-/// A parameter without bounds.
-fn unbounded(name: &str) -> Parameter {
-    Parameter::linear(name, "1", f64::NEG_INFINITY, 0.0, f64::INFINITY)
-}
-
-/// Rosenbrock's valley, residuals 10 (b − a²) and 1 − a: minimum 0 at (1, 1).
-struct Valley;
-
-impl LeastSquares for Valley {
-    fn rows(&mut self, at: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
-        row(10.0 * (at[1] - at[0] * at[0]), &[-20.0 * at[0], 10.0]);
-        row(1.0 - at[0], &[-1.0, 0.0]);
-        true
-    }
-
-    fn cost(&mut self, at: &[f64]) -> Option<f64> {
-        Some(100.0 * (at[1] - at[0] * at[0]).powi(2) + (1.0 - at[0]).powi(2))
-    }
-}
+use servobee::search::polish::{Bound, PolishOptions, Stop, polish};
 
 #[test]
 fn follows_a_curved_valley() {
+    let parameters = [unbounded("a"), unbounded("b")];
     let polished = polish(
         &mut Valley,
-        &[unbounded("a"), unbounded("b")],
+        &parameters,
         &[-1.2, 1.0],
         &PolishOptions::default(),
     )
@@ -106,34 +64,31 @@ fn a_parameter_can_leave_its_bound() {
 }
 
 #[test]
+fn a_start_outside_the_bounds_is_moved_inside() {
+    let parameters = [
+        Parameter::linear("a", "1", -2.0, 0.0, 2.0),
+        Parameter::linear("b", "1", -2.0, 0.0, 2.0),
+    ];
+    let polished = polish(
+        &mut Valley,
+        &parameters,
+        &[9.0, -9.0],
+        &PolishOptions::default(),
+    )
+    .unwrap();
+    assert!(polished.cost < 1e-12, "{polished:?}");
+}
+
+#[test]
 fn the_iteration_limit_is_reported() {
     let options = PolishOptions {
         max_iterations: 3,
         ..Default::default()
     };
-    let polished = polish(
-        &mut Valley,
-        &[unbounded("a"), unbounded("b")],
-        &[-1.2, 1.0],
-        &options,
-    )
-    .unwrap();
+    let parameters = [unbounded("a"), unbounded("b")];
+    let polished = polish(&mut Valley, &parameters, &[-1.2, 1.0], &options).unwrap();
     assert_eq!(polished.stop, Stop::Iterations);
     assert_eq!(polished.iterations, 3);
-}
-
-/// |a| + 1 as residual: a kink at the minimum, and diverging beyond 3.
-struct Kink;
-
-impl LeastSquares for Kink {
-    fn rows(&mut self, at: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
-        row(at[0].abs() + 1.0, &[at[0].signum()]);
-        at[0].abs() < 3.0
-    }
-
-    fn cost(&mut self, at: &[f64]) -> Option<f64> {
-        (at[0].abs() < 3.0).then(|| (at[0].abs() + 1.0).powi(2))
-    }
 }
 
 #[test]
@@ -141,19 +96,18 @@ fn ends_at_a_kink_without_an_increase() {
     let options = PolishOptions::default();
     let polished = polish(&mut Kink, &[unbounded("a")], &[2.5], &options).unwrap();
     assert!(polished.stop.converged(), "{:?}", polished.stop);
-    assert!(polished.values[0].abs() < 1e-4, "{:?}", polished);
+    assert!(polished.values[0].abs() < 1e-4, "{polished:?}");
     assert!(polish(&mut Kink, &[unbounded("a")], &[4.0], &options).is_err());
 }
 
 #[test]
-fn a_log_parameter_and_a_fixed_one() {
-    let data = (0..20)
+fn a_log_parameter_beside_a_fixed_one() {
+    let points = (0..20)
         .map(|i| f64::from(i) / 10.0)
-        .map(|x| (x, 3.0 * (-0.5 * x).exp()))
-        .collect();
+        .map(|x| (x, 3.0 * (-0.5 * x).exp()));
     let mut problem = Curve {
-        data,
-        model: |x: f64, p: &[f64], gradient: &mut [f64]| {
+        points: points.collect(),
+        model: |x, p, gradient| {
             let decay = (-p[1] * x).exp();
             gradient.copy_from_slice(&[decay, -p[0] * x * decay]);
             p[0] * decay
@@ -171,6 +125,6 @@ fn a_log_parameter_and_a_fixed_one() {
     )
     .unwrap();
     assert_eq!(polished.values[0], 3.0);
-    assert!((polished.values[1] - 0.5).abs() < 1e-9, "{:?}", polished);
+    assert!((polished.values[1] - 0.5).abs() < 1e-9, "{polished:?}");
     assert!(polished.cost < 1e-18);
 }

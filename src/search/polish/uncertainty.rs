@@ -1,0 +1,259 @@
+//! Intervals of the parameters from the curvature of the cost at its minimum.
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::coordinates::{slope, to_search, to_value};
+use super::identifiability::{self, Unidentifiable};
+use super::spectrum::Spectrum;
+use super::{Polished, Triangle};
+use crate::model::{Parameter, Scale};
+
+/// The range of values of one parameter that the data allow with 95 % confidence, in the parameter's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Lower limit.
+    pub low: f64,
+    /// Upper limit.
+    pub high: f64,
+    /// The data set no lower limit: `low` is the parameter's bound.
+    pub open_low: bool,
+    /// The data set no upper limit: `high` is the parameter's bound.
+    pub open_high: bool,
+}
+
+impl Interval {
+    /// The whole range of `parameter`: the data say nothing.
+    pub fn whole(parameter: &Parameter) -> Self {
+        Self {
+            low: parameter.low,
+            high: parameter.high,
+            open_low: true,
+            open_high: true,
+        }
+    }
+
+    /// `half_width` to both sides of `value` in search coordinates, cut at the bounds.
+    fn around(parameter: &Parameter, value: f64, half_width: f64) -> Self {
+        let centre = to_search(parameter, value);
+        let low = to_value(parameter, centre - half_width);
+        let high = to_value(parameter, centre + half_width);
+        Self {
+            low,
+            high,
+            open_low: low <= parameter.low,
+            open_high: high >= parameter.high,
+        }
+    }
+}
+
+/// What [`Uncertainty::new`] assumes of the residuals, and what it calls undetermined.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UncertaintyOptions {
+    /// Residuals that carry the information of one independent residual: 1 for white residuals, otherwise
+    /// [`autocorrelation_inflation`](super::autocorrelation_inflation).
+    pub inflation: f64,
+    /// A direction in parameter space is undetermined if its singular value, columns scaled to one, is below this
+    /// fraction of the largest.
+    pub singular_ratio: f64,
+    /// A parameter is weak if the half-width of its interval exceeds this many times its reach: half its range on a
+    /// linear scale, a factor of two or half its range on a logarithmic one.
+    pub weak: f64,
+}
+
+impl Default for UncertaintyOptions {
+    fn default() -> Self {
+        Self {
+            inflation: 1.0,
+            singular_ratio: 1e-7,
+            weak: 1.0,
+        }
+    }
+}
+
+/// How well the data determine each parameter, from the Jacobian at a polished candidate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uncertainty {
+    /// 95 % interval of each parameter; its whole range where the parameter sits on a bound or is undetermined, and
+    /// its value alone where it is fixed.
+    pub intervals: Vec<Interval>,
+    /// Standard error of each parameter in its own unit; `None` where it is fixed, on a bound or undetermined.
+    pub standard_errors: Vec<Option<f64>>,
+    /// Parameters that the data do not determine, alone or together.
+    pub unidentifiable: Vec<Unidentifiable>,
+    /// Effective number of residuals less the number of fitted directions.
+    pub degrees_of_freedom: f64,
+    /// Rise of the cost that separates the 95 % region of one parameter: s² t², infinite without degrees of freedom.
+    pub cost_margin: f64,
+}
+
+impl Uncertainty {
+    /// Linear regression theory at the minimum: covariance s² (JᵀJ)⁻¹ in search coordinates, with Student's t
+    /// (Bates and Watts, Nonlinear Regression Analysis and Its Applications, 1988, section 2.3).
+    ///
+    /// Coloured residuals count as n / inflation independent ones: s² = |r|² / (n / inflation − p), with as many
+    /// degrees of freedom. Directions that the data do not determine are left out of the inverse, and the parameters
+    /// that take part in them get no standard error.
+    pub fn new(
+        parameters: &[Parameter],
+        polished: &Polished,
+        options: &UncertaintyOptions,
+    ) -> Self {
+        let triangle = &polished.triangle;
+        let interior: Vec<usize> = (0..parameters.len())
+            .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none())
+            .collect();
+        let directions = Directions::new(triangle, &interior, options.singular_ratio);
+
+        let rank = directions.determined.len() as f64;
+        let degrees_of_freedom = triangle.rows() as f64 / options.inflation - rank;
+        let variance = if degrees_of_freedom > 0.0 {
+            polished.cost / degrees_of_freedom
+        } else {
+            f64::INFINITY
+        };
+        let quantile = student_t(degrees_of_freedom);
+
+        let mut unidentifiable = identifiability::without_effect(parameters, triangle);
+        unidentifiable.extend(identifiability::combinations(&directions));
+        let undetermined = |j| {
+            unidentifiable
+                .iter()
+                .any(|group| group.parameters.contains(&j))
+        };
+        let errors = directions.errors() * variance.sqrt();
+        let error_of = |j: usize| {
+            let column = directions.parameters.iter().position(|&k| k == j)?;
+            (degrees_of_freedom > 0.0 && !undetermined(j)).then_some(errors[column])
+        };
+        let coordinate_errors: Vec<Option<f64>> = (0..parameters.len()).map(error_of).collect();
+
+        let interval = |(j, parameter): (usize, &Parameter)| match coordinate_errors[j] {
+            _ if parameter.fixed => Interval {
+                low: polished.values[j],
+                high: polished.values[j],
+                open_low: false,
+                open_high: false,
+            },
+            Some(error) => Interval::around(parameter, polished.values[j], quantile * error),
+            None => Interval::whole(parameter),
+        };
+        let is_weak = |&column: &usize| {
+            let j = directions.parameters[column];
+            coordinate_errors[j]
+                .is_some_and(|error| quantile * error > options.weak * reach(&parameters[j]))
+        };
+        let weak = (0..directions.parameters.len()).filter(is_weak);
+        unidentifiable.extend(identifiability::weak(&directions, weak));
+        Self {
+            intervals: parameters.iter().enumerate().map(interval).collect(),
+            standard_errors: (0..parameters.len())
+                .map(|j| Some(coordinate_errors[j]? * slope(&parameters[j], polished.values[j])))
+                .collect(),
+            unidentifiable,
+            degrees_of_freedom,
+            cost_margin: variance * quantile * quantile,
+        }
+    }
+}
+
+/// How far a parameter can be off, in search coordinates, before it counts as undetermined; infinite without bounds.
+fn reach(parameter: &Parameter) -> f64 {
+    let half_range =
+        0.5 * (to_search(parameter, parameter.high) - to_search(parameter, parameter.low));
+    match parameter.scale {
+        Scale::Linear => half_range,
+        Scale::Log => half_range.min(std::f64::consts::LN_2),
+    }
+}
+
+/// The 97.5 % quantile of Student's t; infinite without degrees of freedom.
+///
+/// Above a thousand degrees of freedom, where statrs loses digits (1.83 at 10⁷), it is Fisher's expansion about the
+/// normal quantile (Abramowitz and Stegun 26.7.5).
+fn student_t(degrees_of_freedom: f64) -> f64 {
+    if degrees_of_freedom > 1000.0 {
+        let z: f64 = 1.959_963_984_540_054;
+        let first = z * (z.powi(2) + 1.0) / 4.0;
+        let second = z * (5.0 * z.powi(4) + 16.0 * z.powi(2) + 3.0) / 96.0;
+        return z + (first + second / degrees_of_freedom) / degrees_of_freedom;
+    }
+    StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
+}
+
+/// The directions in parameter space along which the data do or do not determine the parameters.
+pub(super) struct Directions {
+    /// Index of the parameter that each column stands for.
+    pub(super) parameters: Vec<usize>,
+    /// Columns of `spectrum` that the data determine.
+    pub(super) determined: Vec<usize>,
+    /// Columns of `spectrum` that they do not.
+    pub(super) undetermined: Vec<usize>,
+    /// Of the Jacobian, its columns scaled to one.
+    pub(super) spectrum: Spectrum,
+    norms: DVector<f64>,
+}
+
+impl Directions {
+    fn new(triangle: &Triangle, parameters: &[usize], singular_ratio: f64) -> Self {
+        let norms = triangle.column_norms();
+        let parameters: Vec<usize> = parameters
+            .iter()
+            .copied()
+            .filter(|&j| norms[j] > 0.0)
+            .collect();
+        let mut scaled = triangle.r().select_columns(&parameters);
+        let norms = norms.select_rows(&parameters);
+        for (mut column, norm) in scaled.column_iter_mut().zip(&norms) {
+            column.unscale_mut(*norm);
+        }
+        let spectrum = Spectrum::new(scaled);
+        let threshold = singular_ratio * spectrum.values.iter().copied().fold(0.0, f64::max);
+        let (determined, undetermined) =
+            (0..parameters.len()).partition(|&k| spectrum.values[k] > threshold);
+        Self {
+            parameters,
+            determined,
+            undetermined,
+            spectrum,
+            norms,
+        }
+    }
+
+    /// Component `column` of direction `k`, divided by its singular value.
+    pub(super) fn spread(&self, column: usize, k: usize) -> f64 {
+        self.spectrum.vectors[(column, k)] / self.spectrum.values[k]
+    }
+
+    /// Projector onto the undetermined directions.
+    pub(super) fn undetermined_projector(&self) -> DMatrix<f64> {
+        let basis = self.spectrum.vectors.select_columns(&self.undetermined);
+        &basis * basis.transpose()
+    }
+
+    /// Standard error of each column for residuals of unit variance, in search coordinates.
+    fn errors(&self) -> DVector<f64> {
+        DVector::from_fn(self.parameters.len(), |column, _| {
+            let squares = self
+                .determined
+                .iter()
+                .map(|&k| self.spread(column, k).powi(2));
+            squares.sum::<f64>().sqrt() / self.norms[column]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::student_t;
+
+    #[test]
+    fn quantiles_of_student_t_match_the_tables() {
+        assert!((student_t(1.0) - 12.706_204_736).abs() < 1e-6);
+        assert!((student_t(10.0) - 2.228_138_852).abs() < 1e-8);
+        assert!((student_t(1e7) - 1.959_964_222).abs() < 1e-9);
+        // Where the two formulas meet.
+        assert!((student_t(1000.0) - student_t(1000.001)).abs() < 1e-7);
+        assert_eq!(student_t(0.0), f64::INFINITY);
+    }
+}

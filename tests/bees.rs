@@ -112,6 +112,44 @@ fn the_sphere_is_solved() {
     }
 }
 
+/// The published areas of the D675, read as a flow that grows with a 21st, common factor.
+#[test]
+fn from_hand_set_values_the_paper_fits_21_parameters() {
+    let areas = [
+        0.0, 0.0, 0.0, 0.6983, 1.1992, 1.6193, 2.1, 2.6, 3.0724, 3.6808, 4.2893, 4.7984, 5.2496,
+        5.7222, 6.0858, 6.514, 6.8634, 7.139, 7.4, 7.598,
+    ];
+    let flow = |areas: &[f64], factor: f64| -> Vec<f64> {
+        let line = |i: usize| (i / 10, (i % 10) as f64 / 10.0);
+        let between = |(k, part)| factor * (areas[k] * (1.0 - part) + areas[k + 1] * part);
+        (0..190).map(line).map(between).collect()
+    };
+    let wanted = flow(&areas, 3.5);
+    let size: f64 = wanted.iter().map(|q| q * q).sum();
+    let error = |x: &[f64]| {
+        let found = flow(&x[..20], x[20]);
+        let sum: f64 = found
+            .iter()
+            .zip(&wanted)
+            .map(|(f, w)| (f - w).powi(2))
+            .sum();
+        (sum / size).sqrt()
+    };
+    let mut parameters = vec![Parameter::linear("area", "cm2", 0.0, 0.0, 10.0); 20];
+    parameters.push(Parameter::linear("factor", "1", 2.0, 3.5, 5.0));
+    let mut given: Vec<_> = (0..20).map(|i| 0.45 * i as f64).collect();
+    given.push(3.5);
+    assert!(error(&given) > 0.1);
+
+    let fit = |start| {
+        let bees = Bees::new(&parameters, Settings::paper(), start, 1).unwrap();
+        error(run(bees, |x| Cost::finished(error(x))).best().0)
+    };
+    let (near, from) = (fit(Start::Near(given.clone())), fit(Start::From(given)));
+    assert!(near < from && from < 0.04, "{near} and {from}");
+    assert!(fit(Start::Uniform) > 0.2);
+}
+
 #[test]
 fn the_large_settings_solve_three_parameters_on_log_scales() {
     let parameters = [
@@ -190,6 +228,58 @@ fn one_coordinate_moves_change_one_coordinate() {
         moved[changed[0]] += 1;
     }
     assert!(moved.iter().filter(|&&count| count > 0).count() > 2);
+}
+
+#[test]
+fn differences_join_selected_sites() {
+    let settings = Settings {
+        n: 2,
+        m: 2,
+        e: 1,
+        nep: 400,
+        ngh: Neighbourhood::Absolute(1e-9),
+        moves: Moves::Differences,
+        ..Settings::paper()
+    };
+    let mut bees = Bees::new(&space(2), settings, Start::Uniform, 1).unwrap();
+    let sites = step(&mut bees, |x| Cost::finished(x[0]));
+    let recruits = bees.ask();
+    let gap: Vec<_> = (0..2)
+        .map(|i| (sites.candidate(0)[i] - sites.candidate(1)[i]).abs())
+        .collect();
+    let site = sites.iter().min_by(|a, b| a[0].total_cmp(&b[0])).unwrap();
+    let (mut stayed, mut followed) = (0, 0);
+    for bee in recruits.iter().take(400) {
+        for i in 0..2 {
+            let step = (bee[i] - site[i]).abs();
+            let clamped = bee[i].abs() == 5.0;
+            match step {
+                _ if step <= 1.1e-9 => stayed += 1,
+                _ if clamped || (step - gap[i] / 2.0).abs() < 1e-12 => followed += 1,
+                _ => panic!("{bee:?} is on no way between the sites"),
+            }
+        }
+    }
+    assert!(stayed > 400 && followed > 200, "{stayed} and {followed}");
+}
+
+#[test]
+fn differences_follow_a_narrow_valley() {
+    let valley = |x: &[f64]| {
+        let [a, b, c] = [x[0] - x[1], x[1] - x[2], x[0] + x[1] + x[2] - 4.5];
+        Cost::finished(1e-4 * (a * a + b * b) + c * c)
+    };
+    let cost = |moves| {
+        let settings = Settings {
+            moves,
+            ..Settings::standard()
+        };
+        let bees = Bees::new(&space(3), settings, Start::Uniform, 1).unwrap();
+        run(bees, valley).best().1.value
+    };
+    let (box_moves, differences) = (cost(Moves::AllCoordinates), cost(Moves::Differences));
+    assert!(differences < 1e-16, "{differences}");
+    assert!(differences < 1e-3 * box_moves, "{differences} {box_moves}");
 }
 
 /// A single site searched until nothing better is found: its neighbourhood shrinks, and after
@@ -297,6 +387,7 @@ fn where_everything_diverges_the_start_values_are_reported() {
 fn settings_that_make_no_sense_are_refused_by_name() {
     let good = Settings::paper();
     good.check().unwrap();
+    Settings::standard().check().unwrap();
     Settings::large().check().unwrap();
     let ngh = |ngh| Settings { ngh, ..good };
     let variant = |alpha, stlim| Settings {
@@ -367,7 +458,11 @@ fn any_settings() -> impl Strategy<Value = Settings> {
         (1e-6..=1.0).prop_map(Neighbourhood::Relative),
         (1e-6..1e6).prop_map(Neighbourhood::Absolute),
     ];
-    let moves = prop_oneof![Just(Moves::OneCoordinate), Just(Moves::AllCoordinates)];
+    let moves = prop_oneof![
+        Just(Moves::OneCoordinate),
+        Just(Moves::AllCoordinates),
+        Just(Moves::Differences),
+    ];
     let sites = (1..12usize)
         .prop_flat_map(|n| (Just(n), 1..=n))
         .prop_flat_map(|(n, m)| (Just(n), Just(m), 1..=m));

@@ -147,9 +147,8 @@ fn run<E: Element, S: Simd, const N: usize>(batch: &Batch<E>) -> Vec<Cost> {
     let mut watch = |state: &[Lanes<E, S, IN_FLIGHT>]| {
         for value in state {
             for (flag, &value) in diverged.iter_mut().zip(value.lanes()) {
-                let magnitude: f64 = value.into().abs();
-                // A NaN is not below the limit either.
-                *flag |= !(magnitude < STATE_LIMIT);
+                let value: f64 = value.into();
+                *flag |= value.is_nan() || value.abs() >= STATE_LIMIT;
             }
         }
         diverged.iter().all(|&flag| flag)

@@ -2,6 +2,8 @@
 
 mod settings;
 
+use std::ops::Range;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -18,7 +20,8 @@ pub enum Start {
     Uniform,
     /// The first to this candidate, exactly; the others all over the space.
     From(Vec<f64>),
-    /// The first to this candidate, exactly; the others into its neighbourhood.
+    /// The first to this candidate, exactly; the others into its neighbourhood. With few evaluations
+    /// and a good candidate this ends closer than `From`: no site is spent far away.
     Near(Vec<f64>),
 }
 
@@ -173,9 +176,8 @@ impl Bees {
         rng.set_stream(self.history.len() as u64);
         let mut population = Population::new(self.parameters.len());
 
-        let selected = self.sites.iter().take(self.settings.m);
-        let mut scouts = self.settings.n - selected.len();
-        for (rank, site) in selected.enumerate() {
+        let mut scouts = self.settings.n - self.selected().len();
+        for (rank, site) in self.selected().iter().enumerate() {
             for _ in 0..self.settings.recruits(rank) {
                 population.push(&self.recruit(&site.candidate, site.patch, &mut rng));
             }
@@ -200,14 +202,30 @@ impl Bees {
     }
 
     fn recruit(&self, site: &[f64], patch: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
-        let mut bee = site.to_vec();
-        let moved = match self.settings.moves {
+        let dimension = site.len();
+        match self.settings.moves {
             Moves::OneCoordinate => {
-                let one = rng.random_range(0..bee.len());
-                one..one + 1
+                let one = rng.random_range(0..dimension);
+                self.wander(site, one..one + 1, patch, rng)
             }
-            Moves::AllCoordinates => 0..bee.len(),
-        };
+            Moves::Differences if self.selected().len() > 1 && rng.random() => {
+                self.follow_difference(site, rng)
+            }
+            Moves::AllCoordinates | Moves::Differences => {
+                self.wander(site, 0..dimension, patch, rng)
+            }
+        }
+    }
+
+    /// A place in the site's neighbourhood, away from the site in the `moved` coordinates.
+    fn wander(
+        &self,
+        site: &[f64],
+        moved: Range<usize>,
+        patch: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<f64> {
+        let mut bee = site.to_vec();
         for (value, parameter) in bee[moved.clone()].iter_mut().zip(&self.parameters[moved]) {
             let step = patch * rng.random_range(-1.0..=1.0);
             *value = match self.settings.ngh {
@@ -218,6 +236,31 @@ impl Bees {
             };
         }
         bee
+    }
+
+    /// The site moved by half the difference of two selected sites, in some of the coordinates.
+    fn follow_difference(&self, site: &[f64], rng: &mut ChaCha8Rng) -> Vec<f64> {
+        let sites = self.selected();
+        let from = rng.random_range(0..sites.len());
+        let to = (from + rng.random_range(1..sites.len())) % sites.len();
+        // Many coordinates at once follow a curved valley, few suit parameters that act apart.
+        let chance = if rng.random() { 0.9 } else { 0.1 };
+        let always = rng.random_range(0..site.len());
+
+        let mut bee = site.to_vec();
+        for (index, parameter) in self.parameters.iter().enumerate() {
+            if index == always || rng.random_bool(chance) {
+                let at = |candidate: &[f64]| parameter.to_unit(candidate[index]);
+                let step = at(&sites[to].candidate) - at(&sites[from].candidate);
+                bee[index] = parameter.from_unit(at(site) + 0.5 * step);
+            }
+        }
+        bee
+    }
+
+    /// The sites that bees are recruited for, the best first.
+    fn selected(&self) -> &[Site] {
+        &self.sites[..self.sites.len().min(self.settings.m)]
     }
 }
 

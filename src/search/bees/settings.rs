@@ -40,8 +40,12 @@ pub enum Neighbourhood {
 pub enum Moves {
     /// One, drawn anew for each bee.
     OneCoordinate,
-    /// All at once.
+    /// All at once, as in both papers of [`Variant`].
     AllCoordinates,
+    /// Half of the bees move along all coordinates. The other half follow half the difference of two
+    /// selected sites, as the trial vectors of Differential Evolution do (Storn & Price 1997), and so
+    /// learn the direction of narrow valleys from the other sites.
+    Differences,
 }
 
 /// The published forms of the algorithm.
@@ -77,21 +81,34 @@ impl Settings {
         }
     }
 
-    /// Thousands of candidates a generation, enough to fill a GPU.
-    pub const fn large() -> Self {
+    /// Small generations, for tens of thousands of evaluations one after another.
+    pub const fn standard() -> Self {
         Self {
-            itr: 200,
-            n: 256,
-            m: 64,
-            e: 16,
-            nep: 128,
-            nsp: 32,
+            itr: 500,
+            n: 20,
+            m: 10,
+            e: 3,
+            nep: 20,
+            nsp: 5,
             ngh: Neighbourhood::Relative(0.1),
-            moves: Moves::AllCoordinates,
+            moves: Moves::Differences,
             variant: Variant::Standard {
                 alpha: 0.8,
-                stlim: 10,
+                stlim: 20,
             },
+        }
+    }
+
+    /// Thousands of candidates a generation, to fill a GPU.
+    pub const fn large() -> Self {
+        Self {
+            itr: 100,
+            n: 128,
+            m: 32,
+            e: 8,
+            nep: 256,
+            nsp: 64,
+            ..Self::standard()
         }
     }
 

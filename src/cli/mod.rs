@@ -1,8 +1,11 @@
 //! Parses the call, hands it to a command, and lets `main` print what went wrong.
 
 mod bench;
+mod datasheet;
 mod devices;
+mod options;
 mod simulate;
+mod table;
 
 use clap::{Parser, Subcommand};
 use servobee::Result;
@@ -17,6 +20,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
@@ -25,6 +29,7 @@ enum Command {
 /// Runs the command that the process was called with.
 pub(crate) fn run() -> Result<()> {
     match Cli::parse().command {
+        Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

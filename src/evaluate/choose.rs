@@ -38,13 +38,14 @@ pub struct Chosen {
     pub why: String,
 }
 
-/// The evaluator for `choice`. The CPU one computes in f64.
+/// The evaluator for `choice`. Both search in f32, which finds the valley; the polish and every figure that is reported
+/// are computed in f64.
 ///
 /// # Errors
 /// If a GPU is asked for and there is none, or it gives no device.
 pub fn choose(choice: Choice) -> Result<Chosen> {
     let cpu = |why: &str| Chosen {
-        evaluator: Box::new(CpuEvaluator::new(Precision::F64)),
+        evaluator: Box::new(CpuEvaluator::new(Precision::F32)),
         why: why.into(),
     };
     if choice == Choice::Cpu {

@@ -172,10 +172,11 @@ fn run<E: Element, S: Simd, const N: usize>(batch: &Batch<E>) -> Vec<Cost> {
             }
         }
         Data::Tones(tones) => {
-            let responses: Vec<[Lanes<E, S, IN_FLIGHT>; 2]> = tones
-                .iter()
-                .map(|tone| response(&plant, tone, wave, &mut watch))
-                .collect();
+            // A loop, not an iterator's closure: only what is inlined here is compiled for the wide vectors.
+            let mut responses = Vec::with_capacity(tones.len());
+            for tone in tones {
+                responses.push(response(&plant, tone, wave, &mut watch));
+            }
             for (i, cost) in costs.iter_mut().enumerate() {
                 let own = responses
                     .iter()

@@ -5,6 +5,8 @@ mod cpu;
 pub mod gpu;
 mod population;
 pub mod problem;
+pub mod reference;
+mod series;
 pub mod simulate;
 pub mod wgsl;
 

@@ -1,0 +1,395 @@
+//! `servobee datasheet`.
+
+use super::options::{Options, progress};
+use super::table::{self, number};
+use clap::ValueEnum;
+use servobee::evaluate::problem::Stream;
+use servobee::evaluate::{Chosen, Problem};
+use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
+use servobee::report::{
+    ChannelError, Document, ErrorPair, ParameterReport, RemainingReport, SCHEMA, Sides, Verdict,
+};
+use servobee::report::{OutputFolder, model_toml};
+use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
+use servobee::search::{Fit, Plan, Settings, Start, fit};
+use servobee::{Error, Result};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Fit a valve's parameters to the curves of a datasheet
+///
+/// Without --case, --flow, --response or --step the paper's valve (d675) is fitted. Each curve is fitted with the
+/// paper's settings from a hand-set start and from a uniform one, and with a large search that is polished.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  servobee datasheet --case d675
+  servobee datasheet --flow my_flow.csv --response my_response.csv --out my_valve
+
+A flow curve has the columns \"opening [%], flow [L/min]\" and perhaps \"weight\"; a response \"frequency [Hz],
+amplitude [%], phase [deg]\" and perhaps \"weight\"; a step \"time [s], spool [V]\" and perhaps \"command [V]\".")]
+pub(super) struct Arguments {
+    /// A published valve
+    #[arg(long, value_enum, conflicts_with_all = ["flow", "response", "step"])]
+    case: Option<CaseName>,
+    /// Flow over opening, a CSV file
+    #[arg(long, value_name = "FILE")]
+    flow: Option<PathBuf>,
+    /// Phase over frequency and amplitude, a CSV file
+    #[arg(long, value_name = "FILE")]
+    response: Option<PathBuf>,
+    /// A step from rest, a CSV file
+    #[arg(long, value_name = "FILE")]
+    step: Option<PathBuf>,
+    /// Sines of the frequency response: as in the paper (four periods, one of which settles), or settled
+    #[arg(long, value_enum, default_value_t = StreamName::Paper)]
+    stream: StreamName,
+    #[command(flatten)]
+    options: Options,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum CaseName {
+    D675,
+    Kbfdg5v,
+    TwoAmplitude,
+    Step,
+}
+
+impl From<CaseName> for Case {
+    fn from(name: CaseName) -> Self {
+        match name {
+            CaseName::D675 => Self::D675,
+            CaseName::Kbfdg5v => Self::Kbfdg5v,
+            CaseName::TwoAmplitude => Self::TwoAmplitude,
+            CaseName::Step => Self::Step,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum StreamName {
+    Paper,
+    Settled,
+}
+
+impl From<StreamName> for Stream {
+    fn from(name: StreamName) -> Self {
+        match name {
+            StreamName::Paper => Self::Paper,
+            StreamName::Settled => Self::Settled,
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let output = arguments.options.output()?;
+    let sheets = sheets(arguments)?;
+    let mut chosen = arguments.options.evaluator()?;
+    let mut files = Vec::new();
+    for sheet in &sheets {
+        let started = Instant::now();
+        let results = fit_all(sheet, &mut chosen, arguments.options.seed)?;
+        let best = results
+            .last()
+            .map(|(_, fit)| fit)
+            .expect("every sheet is fitted");
+        print(sheet, &results);
+        if output.is_some() {
+            let prefix = if sheets.len() > 1 {
+                format!("{}_", sheet.quantity.0)
+            } else {
+                String::new()
+            };
+            let seconds = started.elapsed().as_secs_f64();
+            let evaluations = results.iter().map(|(_, fit)| fit.evaluations).sum();
+            let document = document(
+                sheet,
+                best,
+                &chosen,
+                arguments.options.seed,
+                evaluations,
+                seconds,
+            );
+            files.push((format!("{prefix}report.json"), document.to_json()));
+            files.push((
+                format!("{prefix}model.toml"),
+                model_toml(&sheet.problem, best.values()),
+            ));
+            files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
+        }
+    }
+    save(output, files)
+}
+
+fn save(output: Option<OutputFolder>, files: Vec<(String, String)>) -> Result<()> {
+    let Some(output) = output else { return Ok(()) };
+    let files: Vec<(&str, String)> = files
+        .iter()
+        .map(|(name, text)| (name.as_str(), text.clone()))
+        .collect();
+    output.write(&files)?;
+    println!(
+        "\nWritten to {}: {}",
+        output.path().display(),
+        files.iter().map(|f| f.0).collect::<Vec<_>>().join(", ")
+    );
+    Ok(())
+}
+
+fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
+    let full_scale = arguments.options.full_scale.unwrap_or(FULL_SCALE);
+    let stream = arguments.stream.into();
+    let mut sheets = Vec::new();
+    let mut warnings = Vec::new();
+    if let Some(path) = &arguments.flow {
+        let curve = FlowCurve::read(path)?;
+        if curve.opening.len() < 4 {
+            let place = path.display();
+            return Err(Error::input(
+                place,
+                "a table needs at least four openings",
+                "digitise more points",
+            ));
+        }
+        warnings.extend(curve.warnings.clone());
+        sheets.push(Sheet::flow(&curve));
+    }
+    if let Some(path) = &arguments.response {
+        let curve = ResponseCurve::read(path)?;
+        warnings.extend(curve.warnings.clone());
+        sheets.push(Sheet::response(&curve, full_scale, stream));
+    }
+    if let Some(path) = &arguments.step {
+        let curve = StepCurve::read(path)?;
+        warnings.extend(curve.warnings.clone());
+        sheets.push(Sheet::step(&curve, arguments.options.full_scale)?);
+    }
+    for warning in warnings {
+        eprintln!("servobee: warning: {warning}");
+    }
+    if sheets.is_empty() {
+        return Case::from(arguments.case.unwrap_or(CaseName::D675)).sheets(full_scale, stream);
+    }
+    Ok(sheets)
+}
+
+/// The paper's settings from both starts, and a large search with polish, which is the result.
+fn fit_all(sheet: &Sheet, chosen: &mut Chosen, seed: u64) -> Result<Vec<(&'static str, Fit)>> {
+    let hand_set = Start::Near(sheet.problem.start());
+    let plans = [
+        (
+            "paper's settings, hand-set start",
+            Settings::paper(),
+            hand_set,
+            false,
+        ),
+        (
+            "paper's settings, uniform start",
+            Settings::paper(),
+            Start::Uniform,
+            false,
+        ),
+        (
+            "large search, uniform start, polished",
+            Settings::large(),
+            Start::Uniform,
+            true,
+        ),
+    ];
+    let mut results = Vec::new();
+    for (name, settings, start, polish) in plans {
+        let (bar, mut tick) = progress(name);
+        let plan = Plan {
+            settings,
+            start,
+            seed,
+            polish,
+        };
+        let result = fit(&sheet.problem, chosen.evaluator.as_mut(), &plan, &mut tick);
+        bar.finish_and_clear();
+        results.push((name, result?));
+    }
+    Ok(results)
+}
+
+fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
+    println!("\n{}", capitalised(&sheet.title));
+    for note in &sheet.notes {
+        println!("  {note}");
+    }
+    let unit = &sheet.quantity.1;
+    let mut rows = Vec::new();
+    for (name, fit) in results {
+        let cost = |cost: Option<f64>| cost.map_or("diverged".into(), number);
+        let errors = errors(sheet, fit.values());
+        let worst = errors
+            .iter()
+            .fold(0.0f64, |worst, error| worst.max(error.abs()));
+        rows.push(vec![
+            (*name).to_owned(),
+            cost(fit.cost_at_start),
+            cost(fit.cost()),
+            number(rms(&errors)),
+            number(worst),
+            fit.evaluations.to_string(),
+        ]);
+    }
+    let head = [
+        "search",
+        "cost before",
+        "cost after",
+        &format!("RMS [{unit}]"),
+        &format!("worst [{unit}]"),
+        "evaluations",
+    ];
+    println!("{}", table::text(&head, rows));
+
+    let best = results
+        .last()
+        .map(|(_, fit)| fit)
+        .expect("every sheet is fitted");
+    let published = sheet.published.iter().any(Option::is_some);
+    let mut rows = Vec::new();
+    for (parameter, published_value) in ParameterReport::of(&sheet.problem, best)
+        .iter()
+        .zip(&sheet.published)
+    {
+        let mut row = vec![parameter.name.clone(), parameter.unit.clone()];
+        if published {
+            row.push(published_value.map_or(String::new(), number));
+        }
+        row.push(number(parameter.value));
+        row.push(match parameter.fixed {
+            true => "fixed".into(),
+            false => format!("{} .. {}", number(parameter.low), number(parameter.high)),
+        });
+        row.push(if parameter.at_bound {
+            "at its bound".into()
+        } else {
+            String::new()
+        });
+        rows.push(row);
+    }
+    let mut head = vec!["parameter", "unit"];
+    head.extend(published.then_some("published"));
+    head.extend(["fitted", "95 % interval", ""]);
+    println!("{}", table::text(&head, rows));
+    for line in not_identifiable(best) {
+        println!("Not identifiable: {line}");
+    }
+
+    let simulated = sheet.simulated(&sheet.problem, best.values());
+    let mut rows = Vec::new();
+    for ((point, measured), simulated) in sheet.points.iter().zip(sheet.measured()).zip(simulated) {
+        let mut row: Vec<String> = point.iter().map(|&value| number(value)).collect();
+        row.extend([
+            number(measured),
+            number(simulated),
+            number(measured - simulated),
+        ]);
+        rows.push(row);
+    }
+    let mut head: Vec<String> = sheet.axes.clone();
+    let quantity = sheet.quantity.0;
+    head.extend([
+        format!("{quantity} [{unit}]"),
+        "fitted".into(),
+        "error".into(),
+    ]);
+    println!("{}", table::text(&head, rows));
+}
+
+fn errors(sheet: &Sheet, free: &[f64]) -> Vec<f64> {
+    let simulated = sheet.simulated(&sheet.problem, free);
+    sheet
+        .measured()
+        .iter()
+        .zip(simulated)
+        .map(|(measured, simulated)| measured - simulated)
+        .collect()
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+fn not_identifiable(fit: &Fit) -> Vec<String> {
+    let described = |(_, uncertainty): &(_, servobee::search::polish::Uncertainty)| {
+        uncertainty
+            .unidentifiable
+            .iter()
+            .map(|group| group.describe(&fit.free))
+            .collect()
+    };
+    fit.polished.as_ref().map_or(Vec::new(), described)
+}
+
+fn document(
+    sheet: &Sheet,
+    fit: &Fit,
+    chosen: &Chosen,
+    seed: u64,
+    evaluations: usize,
+    seconds: f64,
+) -> Document {
+    let problem: &Problem = &sheet.problem;
+    let simulated = sheet.simulated(problem, fit.values());
+    let finer = sheet.simulated(&problem.refined(2), fit.values());
+    let step_error = simulated
+        .iter()
+        .zip(&finer)
+        .fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));
+    let measured = sheet.measured();
+    let error = ChannelError::of(measured.iter().copied().zip(simulated.iter().copied()));
+    let name = sheet.quantity.0.to_owned();
+    let sides = Sides {
+        fit: error.into_iter().map(|e| (name.clone(), e)).collect(),
+        hold_out: BTreeMap::new(),
+    };
+    Document {
+        schema: SCHEMA,
+        verdict: Verdict::None,
+        effects: Vec::new(),
+        error: ErrorPair {
+            before: sides.clone(),
+            after: sides,
+        },
+        noise_floor: BTreeMap::new(),
+        noise_method: BTreeMap::new(),
+        parameters: ParameterReport::of(problem, fit),
+        not_identifiable: not_identifiable(fit),
+        remaining: RemainingReport::default(),
+        integration_error: BTreeMap::from([(name, step_error)]),
+        evaluator: chosen.evaluator.describe(),
+        evaluator_reason: chosen.why.clone(),
+        seed,
+        evaluations,
+        seconds,
+        warnings: sheet.notes.clone(),
+    }
+}
+
+fn points_csv(sheet: &Sheet, fit: &Fit) -> String {
+    let (name, unit) = &sheet.quantity;
+    let mut text = format!(
+        "{},{name} [{unit}],fitted {name} [{unit}]\n",
+        sheet.axes.join(",")
+    );
+    let simulated = sheet.simulated(&sheet.problem, fit.values());
+    for ((point, measured), simulated) in sheet.points.iter().zip(sheet.measured()).zip(simulated) {
+        for value in point {
+            text += &format!("{value},");
+        }
+        text += &format!("{measured},{simulated}\n");
+    }
+    text
+}
+
+fn capitalised(text: &str) -> String {
+    let mut characters = text.chars();
+    characters.next().map_or(String::new(), |first| {
+        first.to_uppercase().chain(characters).collect()
+    })
+}

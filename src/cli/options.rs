@@ -1,0 +1,69 @@
+//! Options that several commands share.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use servobee::Result;
+use servobee::evaluate::{Choice, Chosen, Cost, choose};
+use servobee::report::OutputFolder;
+use std::path::PathBuf;
+
+#[derive(clap::Args)]
+pub(super) struct Options {
+    /// What evaluates the candidates: auto takes a hardware GPU if there is one, otherwise the CPU; gpu also takes a
+    /// GPU in software
+    #[arg(long, value_name = "auto|cpu|gpu", default_value = "auto")]
+    pub(super) evaluator: Choice,
+    /// Seed of all random numbers; the same seed gives the same result
+    #[arg(long, default_value_t = 1)]
+    pub(super) seed: u64,
+    /// Command at full scale, in its unit [default: 10 for V, 100 for %, otherwise the largest command]
+    #[arg(long, value_name = "NUMBER", value_parser = positive)]
+    pub(super) full_scale: Option<f64>,
+    /// Folder for the results, which is made
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Overwrite the results in a folder that exists
+    #[arg(long)]
+    pub(super) force: bool,
+}
+
+impl Options {
+    /// The folder of results, checked before anything long begins.
+    pub(super) fn output(&self) -> Result<Option<OutputFolder>> {
+        self.out
+            .as_deref()
+            .map(|path| OutputFolder::reserve(path, self.force))
+            .transpose()
+    }
+
+    /// The evaluator, named to the user with the reason for it.
+    pub(super) fn evaluator(&self) -> Result<Chosen> {
+        let chosen = choose(self.evaluator)?;
+        println!(
+            "Evaluator: {} ({})",
+            chosen.evaluator.describe(),
+            chosen.why
+        );
+        Ok(chosen)
+    }
+}
+
+fn positive(text: &str) -> std::result::Result<f64, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err("a number above zero".into()),
+    }
+}
+
+/// A bar on a terminal, nothing in a pipe.
+pub(super) fn progress(what: &str) -> (ProgressBar, impl FnMut(usize, usize, Cost) + use<>) {
+    let style =
+        ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} generations, {eta} left");
+    let bar = ProgressBar::new(0).with_style(style.expect("a valid template"));
+    bar.set_message(what.to_owned());
+    let tick = bar.clone();
+    (bar, move |generation, all, best: Cost| {
+        tick.set_length(all as u64);
+        tick.set_position(generation as u64);
+        tick.set_prefix(format!("{:.4e}", best.value));
+    })
+}

@@ -1,0 +1,140 @@
+//! Whether the residual depends on anything that is known.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Shifts that make up the null distribution.
+const SHIFTS: usize = 199;
+/// Correlations weaker than this explain less than a thousandth of the residual's variance, whatever their certainty.
+const WEAKEST: f64 = 0.03;
+
+/// What is left in the residual.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Remaining {
+    /// Whether it depends on any of the signals.
+    pub structured: bool,
+    /// The signals that it depends on, the strongest first, with their correlation coefficients.
+    pub correlates_with: Vec<(&'static str, f64)>,
+}
+
+/// Correlates `residual` with the command, its powers, rate and direction, and time.
+///
+/// Residuals are coloured even when the model is right, so the threshold comes from the data: the residual, shifted
+/// round by a random number of rows, keeps its colour and loses its bond with the signals. A signal counts if its
+/// correlation exceeds the 95th percentile of the *largest* one over all signals under such shifts.
+pub fn remaining(command: &[f64], residual: &[f64], seed: u64) -> Remaining {
+    let signals = signals(command);
+    let residual = standardised(residual);
+    let count = residual.len();
+    let mut found: Vec<(&'static str, f64)> = signals
+        .iter()
+        .map(|(name, signal)| (*name, correlation(signal, &residual, 0)))
+        .collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut null: Vec<f64> = (0..SHIFTS)
+        .map(|_| {
+            let shift = rng.random_range(count / 20..=count - count / 20);
+            signals
+                .iter()
+                .map(|(_, signal)| correlation(signal, &residual, shift).abs())
+                .fold(0.0, f64::max)
+        })
+        .collect();
+    null.sort_by(f64::total_cmp);
+    let threshold = null[SHIFTS * 95 / 100].max(WEAKEST);
+    found.retain(|(_, value)| value.abs() > threshold);
+    found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    Remaining {
+        structured: !found.is_empty(),
+        correlates_with: found,
+    }
+}
+
+fn signals(command: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
+    let rate: Vec<f64> = (0..command.len())
+        .map(|k| command[(k + 1).min(command.len() - 1)] - command[k.saturating_sub(1)])
+        .collect();
+    let each = |f: fn(f64) -> f64, from: &[f64]| {
+        standardised(&from.iter().map(|&v| f(v)).collect::<Vec<f64>>())
+    };
+    vec![
+        ("command", standardised(command)),
+        ("command^2", each(|u| u * u, command)),
+        ("command^3", each(|u| u * u * u, command)),
+        ("|command|", each(f64::abs, command)),
+        ("command rate", standardised(&rate)),
+        (
+            "command direction",
+            each(|r| if r == 0.0 { 0.0 } else { r.signum() }, &rate),
+        ),
+        (
+            "time",
+            standardised(&(0..command.len()).map(|k| k as f64).collect::<Vec<f64>>()),
+        ),
+    ]
+}
+
+/// With mean 0 and sum of squares 1; all zero for a constant.
+fn standardised(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let norm = values
+        .iter()
+        .map(|v| (v - mean).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    let scale = if norm > 0.0 { 1.0 / norm } else { 0.0 };
+    values.iter().map(|v| (v - mean) * scale).collect()
+}
+
+fn correlation(signal: &[f64], residual: &[f64], shift: usize) -> f64 {
+    let (early, late) = residual.split_at(shift % residual.len());
+    signal
+        .iter()
+        .zip(late.iter().chain(early))
+        .map(|(a, b)| a * b)
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coloured noise that has nothing to do with the command.
+    fn coloured(seed: u64, count: usize) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut state = 0.0;
+        (0..count)
+            .map(|_| {
+                state = 0.95 * state + rng.random::<f64>() - 0.5;
+                state
+            })
+            .collect()
+    }
+
+    fn chirp(count: usize) -> Vec<f64> {
+        (0..count)
+            .map(|k| 5.0 * (2e-6 * (k * k) as f64).sin())
+            .collect()
+    }
+
+    #[test]
+    fn coloured_noise_seldom_looks_structured() {
+        let command = chirp(4000);
+        let alarms = (0..100)
+            .filter(|&seed| remaining(&command, &coloured(seed, 4000), seed).structured)
+            .count();
+        assert!(alarms <= 11, "{alarms} of 100");
+    }
+
+    #[test]
+    fn a_dependence_on_the_rate_is_seen_and_named() {
+        let command = chirp(4000);
+        let noise = coloured(3, 4000);
+        let residual: Vec<f64> = (1..4000)
+            .map(|k| 0.3 * noise[k] + 20.0 * (command[k] - command[k - 1]))
+            .collect();
+        let found = remaining(&command[1..], &residual, 1);
+        assert!(found.structured);
+        assert_eq!(found.correlates_with[0].0, "command rate");
+    }
+}

@@ -1,0 +1,208 @@
+//! `report.json`: its fields are a contract with the programs that read it.
+
+use crate::evaluate::problem::Problem;
+use crate::model::Parameter;
+use crate::search::Fit;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The version of the document.
+pub const SCHEMA: &str = "servobee/report/1";
+
+/// What the diagnosis comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Effects of the catalogue explain what the base model could not.
+    Found,
+    /// Nothing is missing that this data could show.
+    None,
+    /// Something is missing that is in no entry of the catalogue.
+    Unexplained,
+}
+
+/// An effect that was added to the base model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AddedEffect {
+    /// Its name in the catalogue.
+    pub name: String,
+    /// Where it acts.
+    pub port: String,
+    /// Effects that this data cannot tell from it.
+    pub tied_with: Vec<String>,
+    /// Held-out error before it was added.
+    pub error_before: f64,
+    /// Held-out error after.
+    pub error_after: f64,
+}
+
+/// How far the model is from one channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ChannelError {
+    /// Root mean square of measured − simulated, in the channel's unit.
+    pub rmse: f64,
+    /// 100 · (1 − ‖e‖ / ‖y − ȳ‖).
+    pub fit_percent: f64,
+}
+
+impl ChannelError {
+    /// The error over pairs of (measured, simulated); `None` without pairs.
+    pub fn of(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
+        let count = pairs.clone().count();
+        if count == 0 {
+            return None;
+        }
+        let mean = pairs.clone().map(|(measured, _)| measured).sum::<f64>() / count as f64;
+        let error: f64 = pairs
+            .clone()
+            .map(|(measured, simulated)| (measured - simulated).powi(2))
+            .sum();
+        let spread: f64 = pairs.map(|(measured, _)| (measured - mean).powi(2)).sum();
+        let ratio = if error == 0.0 {
+            0.0
+        } else {
+            (error / spread).sqrt()
+        };
+        Some(Self {
+            rmse: (error / count as f64).sqrt(),
+            fit_percent: 100.0 * (1.0 - ratio),
+        })
+    }
+}
+
+/// Errors by channel, on fitted and on held-out data.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Sides {
+    /// On the data that was fitted.
+    pub fit: BTreeMap<String, ChannelError>,
+    /// On data never fitted; empty where none was held out.
+    pub hold_out: BTreeMap<String, ChannelError>,
+}
+
+/// Errors of the base model and of the final one.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ErrorPair {
+    /// The base model.
+    pub before: Sides,
+    /// With the effects that were added.
+    pub after: Sides,
+}
+
+/// A parameter of the result.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterReport {
+    /// Name as in the model file.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Fitted value.
+    pub value: f64,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end of the 95 % interval.
+    pub high: f64,
+    /// Whether the value sits on one of its bounds.
+    pub at_bound: bool,
+    /// Value in the base model; null where it has no such parameter.
+    pub before: Option<f64>,
+    /// Whether it was fixed; then the interval is the value.
+    pub fixed: bool,
+}
+
+impl ParameterReport {
+    /// The parameters of a fit, in the order of the problem's.
+    pub fn of(problem: &Problem, fit: &Fit) -> Vec<Self> {
+        let mut free = 0;
+        let one = |parameter: &Parameter| {
+            let (value, low, high, at_bound) = if parameter.fixed {
+                (parameter.start, parameter.start, parameter.start, false)
+            } else {
+                free += 1;
+                let value = fit.values()[free - 1];
+                match &fit.polished {
+                    Some((polished, uncertainty)) => {
+                        let interval = &uncertainty.intervals[free - 1];
+                        (
+                            value,
+                            interval.low,
+                            interval.high,
+                            polished.at_bound[free - 1].is_some(),
+                        )
+                    }
+                    None => (
+                        value,
+                        parameter.low,
+                        parameter.high,
+                        value <= parameter.low || value >= parameter.high,
+                    ),
+                }
+            };
+            Self {
+                name: parameter.name.clone(),
+                unit: parameter.unit.clone(),
+                value,
+                low,
+                high,
+                at_bound,
+                before: Some(value),
+                fixed: parameter.fixed,
+            }
+        };
+        problem.parameters.iter().map(one).collect()
+    }
+}
+
+/// What is left in the residual of the result.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct RemainingReport {
+    /// Whether it depends on anything known.
+    pub structured: bool,
+    /// `channel ~ signal`, the strongest first.
+    pub correlates_with: Vec<String>,
+}
+
+/// The whole document.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Document {
+    /// [`SCHEMA`].
+    pub schema: &'static str,
+    /// What the diagnosis comes to.
+    pub verdict: Verdict,
+    /// Effects in the order in which they were added.
+    pub effects: Vec<AddedEffect>,
+    /// Errors before and after.
+    pub error: ErrorPair,
+    /// Standard deviation of each channel's noise, in its unit.
+    pub noise_floor: BTreeMap<String, f64>,
+    /// How each was estimated.
+    pub noise_method: BTreeMap<String, String>,
+    /// The parameters.
+    pub parameters: Vec<ParameterReport>,
+    /// Parameters that this data does not determine, in words.
+    pub not_identifiable: Vec<String>,
+    /// What is left.
+    pub remaining: RemainingReport,
+    /// Largest change of each channel's simulation when the integration steps are halved, in its unit.
+    pub integration_error: BTreeMap<String, f64>,
+    /// What evaluated the population.
+    pub evaluator: String,
+    /// Why it and no other.
+    pub evaluator_reason: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Candidates evaluated.
+    pub evaluations: usize,
+    /// Wall-clock time, s.
+    pub seconds: f64,
+    /// What undermines the result.
+    pub warnings: Vec<String>,
+}
+
+impl Document {
+    /// The document as JSON text.
+    pub fn to_json(&self) -> String {
+        let mut text = serde_json::to_string_pretty(self).expect("the document is plain data");
+        text.push('\n');
+        text
+    }
+}

@@ -1,0 +1,89 @@
+//! The folder of results: asked for before the run starts, filled in one go when it has ended.
+
+use crate::{Error, Result};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where the results go.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+}
+
+impl OutputFolder {
+    /// Checks that `path` can become the folder of results, and changes nothing. An existing one is taken only with
+    /// `force`.
+    ///
+    /// # Errors
+    /// It exists (without `force`), it is no folder, or its parent is missing or cannot be written.
+    pub fn reserve(path: &Path, force: bool) -> Result<Self> {
+        let place = || format!("--out {}", path.display());
+        if path.exists() {
+            if !path.is_dir() {
+                return Err(Error::input(place(), "is a file", "name a folder"));
+            }
+            if !force {
+                return Err(Error::input(
+                    place(),
+                    "exists",
+                    "name another folder, or add --force to overwrite",
+                ));
+            }
+        }
+        let parent = parent(path);
+        if !parent.is_dir() {
+            let problem = format!("its parent folder {} does not exist", parent.display());
+            return Err(Error::input(place(), problem, "create it first"));
+        }
+        tempfile::tempfile_in(parent).map_err(|error| {
+            Error::input(
+                place(),
+                format!("cannot write there: {error}"),
+                "name a folder that you may write to",
+            )
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+        })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes all `files` (name and content), or none: they are made aside and moved into place at the end.
+    ///
+    /// # Errors
+    /// If the disk refuses.
+    pub fn write(&self, files: &[(&str, String)]) -> Result<()> {
+        let attempt = || -> std::io::Result<()> {
+            let aside = tempfile::Builder::new()
+                .prefix(".servobee-")
+                .tempdir_in(parent(&self.path))?;
+            for (name, content) in files {
+                let path = aside.path().join(name);
+                fs::write(&path, content)?;
+                fs::File::open(&path)?.sync_all()?;
+            }
+            fs::create_dir_all(&self.path)?;
+            for (name, _) in files {
+                fs::rename(aside.path().join(name), self.path.join(name))?;
+            }
+            Ok(())
+        };
+        attempt().map_err(|error| {
+            Error::failed(
+                format!("writing {}: {error}", self.path.display()),
+                "free some space or check its rights",
+            )
+        })
+    }
+}
+
+fn parent(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}

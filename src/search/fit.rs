@@ -1,0 +1,160 @@
+//! A whole fit: bees find the valley, the polish finds its bottom and says how sure that is.
+
+use super::polish::{
+    LeastSquares, PolishOptions, Polished, Uncertainty, UncertaintyOptions,
+    autocorrelation_inflation, polish,
+};
+use super::{Bees, Settings, Start};
+use crate::Result;
+use crate::evaluate::problem::{Data, Problem};
+use crate::evaluate::{Cost, Evaluator, reference};
+use crate::model::Parameter;
+
+impl LeastSquares for Problem {
+    fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
+        reference::residuals(self, candidate, row)
+    }
+
+    fn cost(&mut self, candidate: &[f64]) -> Option<f64> {
+        reference::cost(self, candidate)
+    }
+}
+
+/// How to fit.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The Bees Algorithm's settings.
+    pub settings: Settings,
+    /// Where its scouts begin.
+    pub start: Start,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Whether Levenberg-Marquardt follows.
+    pub polish: bool,
+}
+
+/// What the bees found.
+#[derive(Debug, Clone)]
+pub struct Search {
+    /// Values of the free parameters.
+    pub values: Vec<f64>,
+    /// Their cost in f64, or `None` where every candidate diverged.
+    pub cost: Option<f64>,
+    /// Best cost after each generation, as the evaluator computed it.
+    pub history: Vec<Cost>,
+    /// Candidates evaluated.
+    pub evaluations: usize,
+}
+
+/// A fit's result.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The free parameters.
+    pub free: Vec<Parameter>,
+    /// Cost at the start values, if they do not diverge.
+    pub cost_at_start: Option<f64>,
+    /// What the search found.
+    pub search: Search,
+    /// The polish and what it says of the parameters.
+    pub polished: Option<(Polished, Uncertainty)>,
+    /// Candidates evaluated in all, those of the polish included.
+    pub evaluations: usize,
+}
+
+impl Fit {
+    /// Values of the free parameters.
+    pub fn values(&self) -> &[f64] {
+        self.polished
+            .as_ref()
+            .map_or(&self.search.values, |(polished, _)| &polished.values)
+    }
+
+    /// The cost there, in f64.
+    pub fn cost(&self) -> Option<f64> {
+        self.polished
+            .as_ref()
+            .map_or(self.search.cost, |(polished, _)| Some(polished.cost))
+    }
+}
+
+/// Searches `problem` with bees on `evaluator`, and polishes the best candidate in f64 where the plan says so.
+/// `progress` is told the generation, how many there will be, and the best cost so far.
+///
+/// # Errors
+/// If the settings are refused, the evaluator fails, or every candidate diverges.
+pub fn fit(
+    problem: &Problem,
+    evaluator: &mut dyn Evaluator,
+    plan: &Plan,
+    progress: &mut dyn FnMut(usize, usize, Cost),
+) -> Result<Fit> {
+    let free = problem.free();
+    let mut bees = Bees::new(&free, plan.settings, plan.start.clone(), plan.seed)?;
+    while !bees.finished() {
+        let population = bees.ask();
+        let costs = evaluator.costs(problem, &population)?;
+        bees.tell(&costs);
+        progress(bees.generation(), plan.settings.itr, bees.best().1);
+    }
+    let values = bees.best().0.to_vec();
+    let search = Search {
+        cost: reference::cost(problem, &values),
+        values,
+        history: bees.history().to_vec(),
+        evaluations: bees.evaluations(),
+    };
+    let mut evaluations = search.evaluations;
+    let polished = match plan.polish {
+        false => None,
+        true => {
+            let mut problem = problem.clone();
+            let polished = polish(
+                &mut problem,
+                &free,
+                &search.values,
+                &PolishOptions::default(),
+            )?;
+            evaluations += polished.evaluations;
+            let inflation = inflation(&problem, &polished.values);
+            let options = UncertaintyOptions {
+                inflation,
+                ..Default::default()
+            };
+            let uncertainty = Uncertainty::new(&free, &polished, &options);
+            Some((polished, uncertainty))
+        }
+    };
+    Ok(Fit {
+        cost_at_start: reference::cost(problem, &problem.start()),
+        free,
+        search,
+        polished,
+        evaluations,
+    })
+}
+
+/// How much less a row of coloured residuals says than a white one would. Points of a curve count fully.
+fn inflation(problem: &Problem, free: &[f64]) -> f64 {
+    let Data::Series(records) = &*problem.data else {
+        return 1.0;
+    };
+    let values = problem.complete(free, |fixed| fixed);
+    let outputs = reference::trajectories(&problem.structure, &values, records);
+    let observed = problem.observed();
+    let mut stretches: Vec<Vec<f64>> = Vec::new();
+    for (record, outputs) in records.iter().zip(&outputs) {
+        for i in (0..3).filter(|&i| observed[i]) {
+            let rows = record
+                .samples
+                .iter()
+                .zip(outputs)
+                .filter(|(sample, _)| sample.weight > 0.0);
+            let weighted = |(sample, row): (&crate::evaluate::problem::Sample, &[f64; 3])| {
+                (sample.weight * problem.scale[i]).sqrt() * (sample.target[i] - row[i])
+            };
+            stretches.push(rows.map(weighted).collect());
+        }
+    }
+    let stretches: Vec<&[f64]> = stretches.iter().map(Vec::as_slice).collect();
+    autocorrelation_inflation(&stretches)
+}

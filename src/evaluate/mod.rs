@@ -5,6 +5,7 @@ mod cpu;
 pub mod gpu;
 mod population;
 pub mod problem;
+mod series;
 pub mod simulate;
 pub mod wgsl;
 

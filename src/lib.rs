@@ -4,6 +4,7 @@ mod error;
 pub mod evaluate;
 pub mod model;
 pub mod record;
+pub mod report;
 pub mod search;
 
 pub use error::{Error, Result};

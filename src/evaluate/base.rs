@@ -60,7 +60,7 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         return Err(Error::input(
             format!("{}, column \"command [{command_unit}]\"", first.path),
             "is 0 throughout, so there is no full scale",
-            "give a record whose command moves, or full_scale in the model's [structure]",
+            "give a record whose command moves",
         ));
     }
     let piston = match command_unit == "mm" && observed == [Output::Position] {

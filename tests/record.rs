@@ -278,10 +278,6 @@ fn what_is_wrong_in_a_record_is_named() {
             &["\"command [V]\"", "\"u\"", "--map"],
         ),
         (
-            "time,command [V],force\n0,1,2\n1,2,3\n",
-            &["\"flow [L/min]\"", "\"force\"", "--map"],
-        ),
-        (
             "time [h],command [V],spool [%]\n0,1,2\n",
             &["row 1", "\"time [h]\"", "[min]"],
         ),
@@ -473,6 +469,20 @@ fn a_constant_command_is_refused_only_where_asked() {
     Record::parse("a.csv", GOOD, &[])
         .unwrap()
         .check_excited()
+        .unwrap();
+}
+
+#[test]
+fn a_record_without_a_response_is_refused_only_where_asked() {
+    let text = "time,command [V],force\n0,1,2\n1,2,3\n";
+    let record = Record::parse("a.csv", text, &[]).unwrap();
+    assert_refused(
+        record.check_response(),
+        &["a.csv", "\"flow [L/min]\"", "force", "--map"],
+    );
+    Record::parse("a.csv", GOOD, &[])
+        .unwrap()
+        .check_response()
         .unwrap();
 }
 

@@ -1,5 +1,6 @@
 //! Evaluators: the costs of a whole population at once, on the CPU or on the GPU.
 
+mod base;
 mod choose;
 mod cpu;
 pub mod gpu;
@@ -10,6 +11,7 @@ mod series;
 pub mod simulate;
 pub mod wgsl;
 
+pub use base::{parameters_for, structure_for};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use population::{Cost, Population, Status};

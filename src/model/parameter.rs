@@ -1,7 +1,10 @@
 //! A model parameter and the space that a search moves in.
 
+use serde::{Deserialize, Serialize};
+
 /// How a parameter's range is measured: a step of a tenth of the range is additive or multiplicative.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Scale {
     /// Distances are differences.
     Linear,

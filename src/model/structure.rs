@@ -134,6 +134,11 @@ impl Structure {
         self.observed.contains(&output)
     }
 
+    /// Whether an observed output follows from the flow of a valve.
+    pub fn needs_valve(&self) -> bool {
+        self.observes(Output::Flow) || self.integrates_position()
+    }
+
     fn integrates_position(&self) -> bool {
         self.observes(Output::Position) && self.piston == Piston::Integrated
     }

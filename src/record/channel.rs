@@ -44,7 +44,7 @@ impl Channel {
         Self::Temperature,
     ];
 
-    /// The channels that a model is fitted to; a record has at least one.
+    /// The channels that a model is fitted to.
     pub const RESPONSES: [Self; 3] = [Self::Spool, Self::Flow, Self::Position];
 
     /// The name in files, options and reports.

@@ -119,7 +119,8 @@ impl Record {
     ///
     /// Cells may be separated by commas, semicolons (then with decimal commas, too) or tabs; lines that start with `#`
     /// and blank lines are skipped. `mappings` rename columns of this file. Columns that are no channel are listed in
-    /// [`Record::ignored`]. A constant command is accepted here; see [`Record::check_excited`].
+    /// [`Record::ignored`]. A constant command or no response is accepted here; see [`Record::check_excited`]
+    /// and [`Record::check_response`].
     ///
     /// # Errors
     /// A file that cannot be read as such a table; a column that is missing, there twice or in an unknown unit; a
@@ -196,15 +197,6 @@ impl Record {
             .collect();
         if !channels.contains_key(&Channel::Command) {
             return Err(missing(Target::Channel(Channel::Command)));
-        }
-        if !Channel::RESPONSES
-            .iter()
-            .any(|channel| channels.contains_key(channel))
-        {
-            return Err(table.missing(
-                "\"spool [%]\", \"flow [L/min]\" or \"position [mm]\"",
-                "rename the column that holds one of them or add --map \"COLUMN=spool [UNIT]\"",
-            ));
         }
         table.check_rising(&time)?;
         Ok(Self {
@@ -292,6 +284,33 @@ impl Record {
                 command.values[0]
             ),
             "give a record whose command moves",
+        ))
+    }
+
+    /// Refuses a record of neither spool nor flow nor position, to which no model can be fitted.
+    ///
+    /// Reading does not ask for this: a simulation needs the command alone. Whoever identifies calls it.
+    ///
+    /// # Errors
+    /// None of [`Channel::RESPONSES`] is there.
+    pub fn check_response(&self) -> Result<()> {
+        if Channel::RESPONSES
+            .iter()
+            .any(|&channel| self.get(channel).is_some())
+        {
+            return Ok(());
+        }
+        let present = self.channels().map(|(channel, _)| channel.name());
+        let present: Vec<&str> = present
+            .chain(self.ignored.iter().map(String::as_str))
+            .collect();
+        Err(Error::input(
+            &self.path,
+            format!(
+                "has no column \"spool [%]\", \"flow [L/min]\" or \"position [mm]\", only time and {}",
+                present.join(", ")
+            ),
+            "rename the column that holds one of them or add --map \"COLUMN=spool [UNIT]\"",
         ))
     }
 

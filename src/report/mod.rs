@@ -1,15 +1,14 @@
-//! What a run tells: `report.json`, tables for the terminal, and the folder that holds the files.
+//! What a run tells and leaves behind: `report.json`, model files, and how files are written.
 
 mod document;
+mod model_file;
 mod output;
+mod output_file;
 
 pub use document::{
     AddedEffect, ChannelError, Document, ErrorPair, ParameterReport, RemainingReport, SCHEMA,
     Sides, Verdict,
 };
+pub use model_file::ModelFile;
 pub use output::OutputFolder;
-
-/// placeholder
-pub fn model_toml(_: &crate::evaluate::Problem, _: &[f64]) -> String {
-    String::new()
-}
+pub use output_file::OutputFile;

@@ -1,0 +1,415 @@
+//! The base model that a record asks for: its structure, and bounds for its parameters that follow from the data.
+
+use crate::model::valve::{AreaLaw, Drop, ValveForm};
+use crate::model::{Output, Parameter, Piston, Structure};
+use crate::record::{Channel, Record, Series, full_scale};
+use crate::{Error, Result};
+
+/// Bounds of what follows from the ratio of two ranges lie this factor to either side of it.
+const AROUND: f64 = 100.0;
+/// No servo valve is faster: time constants (s) are not sought below it, gains (1/s) not above its inverse.
+const FASTEST: f64 = 5e-5;
+/// mm/s of a piston of 1 cm² for each L/min.
+const PISTON_SPEED: f64 = 1e-3 / 60.0 / 1e-4 * 1e3;
+
+/// The base structure for `records` that are to be identified together.
+///
+/// - Full scale: 10 for V, 100 for %, otherwise the largest |command| of all records.
+/// - Observed: the responses that every record has.
+/// - Position and command both in mm, nothing else measured: a position loop. Otherwise position integrates flow.
+/// - A spool in another unit than the command's has a gain.
+/// - Flow or an integrated position asks for a valve with linear area, whose drop follows from the pressures that every
+///   record has: all ports, the supply alone, or none.
+///
+/// # Errors
+/// No response that every record has; units of command or spool that differ between records; a full scale of zero.
+pub fn structure_for(records: &[Record]) -> Result<Structure> {
+    let Some((first, rest)) = records.split_first() else {
+        return Err(Error::input(
+            "records",
+            "there are none",
+            "give one or more",
+        ));
+    };
+    for record in records {
+        record.check_response()?;
+    }
+    let all_have = |channel: Channel| records.iter().all(|record| record.get(channel).is_some());
+    let observed: Vec<Output> = Output::ALL
+        .into_iter()
+        .filter(|&output| all_have(output.into()))
+        .collect();
+    if observed.is_empty() {
+        return Err(Error::input(
+            &rest[0].path,
+            format!(
+                "shares neither spool nor flow nor position with {}",
+                first.path
+            ),
+            "identify records together only where they measure the same",
+        ));
+    }
+    let unit = |channel| one_unit(first, rest, channel);
+    let command_unit = unit(Channel::Command)?;
+    let spool_unit = match observed.contains(&Output::Spool) {
+        true => Some(unit(Channel::Spool)?).filter(|&unit| unit != command_unit),
+        false => None,
+    };
+    let full_scale = full_scale(command_unit, largest(records, Channel::Command));
+    if full_scale == 0.0 {
+        return Err(Error::input(
+            format!("{}, column \"command [{command_unit}]\"", first.path),
+            "is 0 throughout, so there is no full scale",
+            "give a record whose command moves",
+        ));
+    }
+    let piston = match command_unit == "mm" && observed == [Output::Position] {
+        true => Piston::Servo,
+        false => Piston::Integrated,
+    };
+    let has_valve = observed.contains(&Output::Flow)
+        || (observed.contains(&Output::Position) && piston == Piston::Integrated);
+    let ports = [Channel::PressureA, Channel::PressureB];
+    let drop = match all_have(Channel::SupplyPressure) {
+        true if ports.into_iter().all(all_have) => Drop::Ports,
+        true => Drop::Supply,
+        false => Drop::Rated,
+    };
+    Ok(Structure {
+        observed,
+        spool_unit: spool_unit.map(String::from),
+        piston,
+        valve: has_valve.then(|| ValveForm {
+            drop,
+            ..ValveForm::linear()
+        }),
+        ..Structure::actuator(full_scale, command_unit)
+    })
+}
+
+/// The unit that a channel has in all records.
+fn one_unit<'a>(first: &'a Record, rest: &[Record], channel: Channel) -> Result<&'a str> {
+    let unit = |record: &'a Record| record.get(channel).map_or("", |series| &series.unit);
+    let expected = unit(first);
+    match rest
+        .iter()
+        .find(|record| record.get(channel).is_some_and(|s| s.unit != expected))
+    {
+        None => Ok(expected),
+        Some(other) => Err(Error::input(
+            format!("{}, {channel}", other.path),
+            format!("is not in {expected} as in {}", first.path),
+            "convert one of the two, or identify the records apart",
+        )),
+    }
+}
+
+/// The parameters of `structure`, with bounds and start values that follow from `records`.
+///
+/// - Time constant and gain: from a quarter of the sampling interval to the length of the record.
+/// - Spool gain: a factor of 100 around the ratio of the ranges. Where the spool moves against the command the gain may
+///   have either sign, on a linear scale.
+/// - Areas: around the area that passes the largest flow at the drop there is. Where position is measured without flow,
+///   only the ratio of valve to piston area can be told: the piston's is then fixed at its generic start value, and a
+///   model file sets the true one.
+///
+/// A parameter about which the records say nothing keeps its generic bounds.
+pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Parameter> {
+    let mut parameters = structure.parameters();
+    let start = |name: &str| parameters.iter().find(|p| p.name == name).map(|p| p.start);
+    let fastest = (sampling_interval(records) / 4.0).max(FASTEST);
+    let slowest = records.iter().map(length).fold(10.0 * fastest, f64::max);
+    let speed = records.iter().map(largest_speed).fold(0.0, f64::max);
+    let measured = structure
+        .observes(Output::Flow)
+        .then(|| largest(records, Channel::Flow));
+    // Without flow: what moves a piston of the nominal area as fast as the measured one.
+    let flow =
+        measured.unwrap_or_else(|| start("piston_area").unwrap_or(0.0) * speed / PISTON_SPEED);
+    let opening = (largest(records, Channel::Command) / structure.full_scale).min(1.0);
+    let velocity = (2.0 / start("density").unwrap_or(1.0)
+        * 1e5
+        * land_drop(structure, records, start("rated_drop")))
+    .sqrt();
+    // L/min through 1 cm² at full opening.
+    let unit_flow = start("discharge_coefficient").unwrap_or(1.0) * 1e-4 * velocity * 6e4;
+    let area = flow / unit_flow / opening;
+    let ratio = swing(records, Channel::Spool) / swing(records, Channel::Command);
+    let against = records.iter().map(covariance).sum::<f64>() < 0.0;
+
+    for parameter in &mut parameters {
+        match parameter.name.as_str() {
+            "time_constant" => bound(parameter, fastest, slowest),
+            "gain" => bound(parameter, 1.0 / slowest, 1.0 / fastest),
+            "spool_gain" if against => {
+                let range = 10.0 * ratio;
+                *parameter =
+                    Parameter::linear("spool_gain", &parameter.unit, -range, -ratio, range);
+            }
+            "spool_gain" => around(parameter, ratio),
+            "max_area" => around(parameter, area),
+            "piston_area" if measured.is_some() => around(parameter, flow * PISTON_SPEED / speed),
+            "piston_area" => parameter.fixed = true,
+            _ => {}
+        }
+    }
+    if let Some(AreaLaw::Table(openings)) = structure.valve.as_ref().map(|valve| &valve.area)
+        && area.is_normal()
+    {
+        let areas = parameters
+            .iter_mut()
+            .filter(|p| p.name.starts_with("area_"));
+        for (parameter, opening) in areas.zip(openings) {
+            parameter.high = 3.0 * area;
+            parameter.start = area * (opening / 100.0).clamp(0.0, 1.0);
+        }
+    }
+    parameters
+}
+
+/// Sets the bounds, and the start value to their middle unless it is well inside them.
+fn bound(parameter: &mut Parameter, low: f64, high: f64) {
+    (parameter.low, parameter.high) = (low, high);
+    if !(0.1..0.9).contains(&parameter.to_unit(parameter.start)) {
+        parameter.start = parameter.from_unit(0.5);
+    }
+}
+
+/// Starts a logarithmic parameter at `value`, with bounds around it, unless the data gave no such value.
+fn around(parameter: &mut Parameter, value: f64) {
+    if value.is_normal() {
+        parameter.start = value;
+        bound(parameter, value / AROUND, value * AROUND);
+    }
+}
+
+fn length(record: &Record) -> f64 {
+    let time = record.time();
+    time[time.len() - 1] - time[0]
+}
+
+/// The smallest of the records' median intervals between samples, s.
+fn sampling_interval(records: &[Record]) -> f64 {
+    let interval = |record: &Record| median(record.time().windows(2).map(|pair| pair[1] - pair[0]));
+    records.iter().map(interval).fold(f64::INFINITY, f64::min)
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+fn series(records: &[Record], channel: Channel) -> impl Iterator<Item = &Series> {
+    records.iter().filter_map(move |record| record.get(channel))
+}
+
+/// The largest magnitude of a channel; 0 where no record has it.
+fn largest(records: &[Record], channel: Channel) -> f64 {
+    series(records, channel)
+        .map(Series::max_abs)
+        .fold(0.0, f64::max)
+}
+
+/// The largest difference between two values of a channel in one record; 0 where no record has it.
+fn swing(records: &[Record], channel: Channel) -> f64 {
+    let swing = |series: &Series| {
+        let extreme =
+            |pick: fn(f64, f64) -> f64| series.values.iter().copied().fold(f64::NAN, pick);
+        extreme(f64::max) - extreme(f64::min)
+    };
+    series(records, channel).map(swing).fold(0.0, f64::max)
+}
+
+/// Covariance of command and spool times the number of samples; 0 without a spool.
+fn covariance(record: &Record) -> f64 {
+    let Some(spool) = record.get(Channel::Spool) else {
+        return 0.0;
+    };
+    let pairs = || record.command().values.iter().zip(&spool.values);
+    let mean = pairs().map(|(command, _)| command).sum::<f64>() / record.samples() as f64;
+    pairs()
+        .map(|(command, spool)| (command - mean) * spool)
+        .sum()
+}
+
+/// The largest speed of the piston, mm/s, over hundredths of the record, so that noise does not count as motion; 0
+/// without a position.
+fn largest_speed(record: &Record) -> f64 {
+    let Some(position) = record.get(Channel::Position) else {
+        return 0.0;
+    };
+    let stride = (record.samples() / 100).max(1);
+    (stride..record.samples())
+        .map(|k| {
+            let change = position.values[k] - position.values[k - stride];
+            (change / (record.time()[k] - record.time()[k - stride])).abs()
+        })
+        .fold(0.0, f64::max)
+}
+
+/// The pressure drop over one land, bar: half of what the load leaves of the drop from P to T, in the median.
+fn land_drop(structure: &Structure, records: &[Record], rated: Option<f64>) -> f64 {
+    let drops = |record: &Record| {
+        let at = |channel, row: usize| record.get(channel).map_or(0.0, |s| s.values[row]);
+        let drop = |row| {
+            let load = at(Channel::PressureA, row) - at(Channel::PressureB, row);
+            at(Channel::SupplyPressure, row) - at(Channel::ReturnPressure, row) - load.abs()
+        };
+        (0..record.samples()).map(drop).collect::<Vec<f64>>()
+    };
+    let drop = match (rated, &structure.valve) {
+        (Some(rated), _) => rated,
+        (None, Some(_)) => median(records.iter().flat_map(drops)),
+        (None, None) => 0.0,
+    };
+    (drop / 2.0).max(0.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// 2 s at 1 kHz: every channel swings with its amplitude, position lags a quarter of a period.
+    fn record(channels: &[(Channel, &str, f64)]) -> Record {
+        let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
+        let series = |&(channel, unit, amplitude): &(Channel, &str, f64)| {
+            let value = |t: &f64| match channel {
+                Channel::Position => -amplitude * (TAU * t).cos(),
+                Channel::SupplyPressure => amplitude,
+                _ => amplitude * (TAU * t).sin(),
+            };
+            (channel, Series::new(unit, time.iter().map(value).collect()))
+        };
+        Record::new("run", time.clone(), channels.iter().map(series)).unwrap()
+    }
+
+    fn named<'a>(parameters: &'a [Parameter], name: &str) -> &'a Parameter {
+        parameters.iter().find(|p| p.name == name).unwrap()
+    }
+
+    #[test]
+    fn the_channels_and_units_decide_the_structure() {
+        use Channel::*;
+        let of = |channels: &[_]| structure_for(&[record(channels)]).unwrap();
+        let volts = (Command, "V", 3.0);
+        assert_eq!(
+            of(&[volts, (Spool, "V", 3.0)]),
+            Structure::actuator(10.0, "V")
+        );
+        assert_eq!(
+            of(&[(Command, "mA", 3.0), (Spool, "mA", 3.0)]).full_scale,
+            3.0
+        );
+        assert_eq!(
+            of(&[volts, (Spool, "%", 30.0)]).spool_unit.as_deref(),
+            Some("%")
+        );
+        let servo = of(&[(Command, "mm", 3.0), (Position, "mm", 3.0)]);
+        assert_eq!((servo.piston, servo.valve), (Piston::Servo, None));
+        let drop = |channels: &[_]| of(channels).valve.unwrap().drop;
+        let flow = (Flow, "L/min", 60.0);
+        assert_eq!(drop(&[volts, (Position, "mm", 3.0)]), Drop::Rated);
+        let supply = (SupplyPressure, "bar", 70.0);
+        assert_eq!(drop(&[volts, flow, supply]), Drop::Supply);
+        let ports = [(PressureA, "bar", 1.0), (PressureB, "bar", 1.0)];
+        assert_eq!(drop(&[volts, flow, ports[0], ports[1]]), Drop::Rated);
+        assert_eq!(
+            drop(&[volts, flow, supply, ports[0], ports[1]]),
+            Drop::Ports
+        );
+    }
+
+    #[test]
+    fn records_that_do_not_belong_together_are_refused() {
+        use Channel::*;
+        let volts = (Command, "V", 3.0);
+        let spool = record(&[volts, (Spool, "V", 3.0)]);
+        for (other, part) in [
+            (record(&[volts, (Flow, "L/min", 3.0)]), "shares neither"),
+            (
+                record(&[(Command, "mA", 3.0), (Spool, "V", 3.0)]),
+                "not in V",
+            ),
+            (record(&[volts, (Spool, "%", 3.0)]), "not in V"),
+            (record(&[volts]), "has no column"),
+        ] {
+            let error = structure_for(&[spool.clone(), other])
+                .unwrap_err()
+                .to_string();
+            assert!(error.contains(part), "{error}");
+        }
+        let still = record(&[(Command, "mm", 0.0), (Position, "mm", 3.0)]);
+        assert!(
+            structure_for(&[still])
+                .unwrap_err()
+                .to_string()
+                .contains("full scale")
+        );
+    }
+
+    #[test]
+    fn the_data_bound_the_parameters() {
+        use Channel::*;
+        let records = [record(&[
+            (Command, "V", 10.0),
+            (Spool, "%", 50.0),
+            (Flow, "L/min", 60.0),
+            (Position, "mm", 25.0),
+            (SupplyPressure, "bar", 10.0),
+        ])];
+        let structure = structure_for(&records).unwrap();
+        let parameters = parameters_for(&structure, &records);
+        for p in &parameters {
+            assert!(p.low < p.high && p.clamp(p.start) == p.start, "{p:?}");
+        }
+        let start = |name| named(&parameters, name).start;
+        let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < 0.01;
+        assert!(near(named(&parameters, "time_constant").low, 2.5e-4));
+        assert!(near(start("spool_gain"), 5.0));
+        assert!(near(
+            start("max_area"),
+            60.0 / (0.7 * 1e-4 * (2.0 / 850.0 * 5e5f64).sqrt() * 6e4)
+        ));
+        // 60 L/min = 1e6 mm³/s at 25 · 2π mm/s.
+        assert!(near(start("piston_area"), 1e6 / (25.0 * TAU) / 100.0));
+    }
+
+    #[test]
+    fn a_table_starts_as_a_line_through_the_largest_flow() {
+        use Channel::*;
+        let records = [record(&[(Command, "V", 10.0), (Flow, "L/min", 60.0)])];
+        let mut structure = structure_for(&records).unwrap();
+        let area = named(&parameters_for(&structure, &records), "max_area").start;
+        structure.valve = Some(ValveForm::table(&[0.0, 20.0, 50.0, 100.0]));
+        let parameters = parameters_for(&structure, &records);
+        assert_eq!(named(&parameters, "area_1").start, 0.0);
+        assert_eq!(named(&parameters, "area_3").start, 0.5 * area);
+        assert_eq!(named(&parameters, "area_4").high, 3.0 * area);
+    }
+
+    #[test]
+    fn a_piston_without_flow_keeps_its_nominal_area_and_the_valve_follows() {
+        use Channel::*;
+        let records = [record(&[(Command, "V", 10.0), (Position, "mm", 25.0)])];
+        let structure = structure_for(&records).unwrap();
+        let parameters = parameters_for(&structure, &records);
+        let piston = named(&parameters, "piston_area");
+        assert!(piston.fixed);
+        let flow = piston.start * 25.0 * TAU / PISTON_SPEED;
+        let unit_flow = 0.7 * 1e-4 * (2.0 / 850.0 * 5e5f64).sqrt() * 6e4;
+        let area = named(&parameters, "max_area");
+        assert!(!area.fixed && (area.start / (flow / unit_flow) - 1.0).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_spool_that_moves_against_the_command_may_have_a_negative_gain() {
+        use Channel::*;
+        let records = [record(&[(Command, "V", 10.0), (Spool, "%", -50.0)])];
+        let structure = structure_for(&records).unwrap();
+        let parameters = parameters_for(&structure, &records);
+        let gain = named(&parameters, "spool_gain");
+        assert!((gain.start + 5.0).abs() < 0.05 && gain.low < 0.0 && gain.high > 0.0);
+    }
+}

@@ -1,0 +1,402 @@
+//! Model files: a structure and its parameters as TOML, complete or just what a user wants to be different.
+
+use crate::model::valve::AreaLaw;
+use crate::model::{Output, Parameter, Piston, Scale, Structure};
+use crate::record::{Quantity, Unit};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+/// Keys without which a `[structure]` does not stand alone.
+const COMPLETE: [&str; 3] = ["full_scale", "command_unit", "observed"];
+
+/// A model file that has been read.
+///
+/// A `[structure]` that has `full_scale`, `command_unit` and `observed` stands alone: keys that are not there have their
+/// defaults. One with less changes a structure that comes from elsewhere, key by key. A `[[parameter]]` changes the
+/// parameter of its name, key by key.
+#[derive(Debug)]
+pub struct ModelFile {
+    path: String,
+    text: String,
+    entries: Vec<Entry>,
+}
+
+/// A `[[parameter]]` as it is read.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    name: Spanned<String>,
+    unit: Option<Spanned<String>>,
+    value: Option<Spanned<f64>>,
+    low: Option<Spanned<f64>>,
+    high: Option<Spanned<f64>>,
+    scale: Option<Spanned<Scale>>,
+    fixed: Option<bool>,
+}
+
+/// A complete model as it is written.
+#[derive(Serialize)]
+struct Model<'a> {
+    structure: &'a Structure,
+    parameter: Vec<Row<'a>>,
+}
+
+/// A `[[parameter]]` as it is written.
+#[derive(Serialize)]
+struct Row<'a> {
+    name: &'a str,
+    unit: &'a str,
+    value: f64,
+    low: f64,
+    high: f64,
+    scale: Scale,
+    fixed: bool,
+}
+
+impl ModelFile {
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no TOML, or has keys or types that no model file has. Whether names and values fit
+    /// shows in [`ModelFile::structure`] and [`ModelFile::parameters`].
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            Error::input(
+                path.display(),
+                format!("cannot be read: {error}"),
+                "check the path and that it is a readable text file",
+            )
+        })?;
+        Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// [`ModelFile::read`] from the text of the file called `path`.
+    ///
+    /// # Errors
+    /// As [`ModelFile::read`], but for those of reading the file.
+    pub fn parse(path: &str, text: &str) -> Result<Self> {
+        let mut file = Self {
+            path: path.into(),
+            text: text.into(),
+            entries: Vec::new(),
+        };
+        let table = DeTable::parse(text).map_err(|error| file.toml_error(&error))?;
+        for (key, value) in table.into_inner() {
+            match key.get_ref().as_ref() {
+                "structure" if value.get_ref().is_table() => {}
+                "parameter" => {
+                    file.entries = Vec::deserialize(ValueDeserializer::from(value))
+                        .map_err(|error| file.toml_error(&error))?;
+                }
+                _ => {
+                    return Err(file.error(
+                        key.span(),
+                        format!("{:?} is no part of a model file", key.get_ref()),
+                        "a model file has one [structure] and any number of [[parameter]]",
+                    ));
+                }
+            }
+        }
+        Ok(file)
+    }
+
+    /// The text of a complete model file for `structure` and its `parameters` with these `values`, all in the order of
+    /// [`Structure::parameters`]. It reads back to exactly the same.
+    pub fn to_toml(structure: &Structure, parameters: &[Parameter], values: &[f64]) -> String {
+        let rows = parameters
+            .iter()
+            .zip(values)
+            .map(|(parameter, &value)| Row {
+                name: &parameter.name,
+                unit: &parameter.unit,
+                value,
+                low: parameter.low,
+                high: parameter.high,
+                scale: parameter.scale,
+                fixed: parameter.fixed,
+            });
+        let model = Model {
+            structure,
+            parameter: rows.collect(),
+        };
+        toml::to_string(&model).expect("a model is a TOML table")
+    }
+
+    /// The structure of the file: on its own where it is complete, otherwise `base` with the file's changes.
+    ///
+    /// # Errors
+    /// An unknown key, a wrong type, a value outside its range, parts that do not fit together; whatever `base` refuses,
+    /// which is called only where it is needed.
+    pub fn structure(&self, base: impl FnOnce() -> Result<Structure>) -> Result<Structure> {
+        let Some(own) = self.own_structure() else {
+            return base();
+        };
+        let complete = COMPLETE.iter().all(|key| own.get_ref().get(*key).is_some());
+        let removes_valve = !complete && own.get_ref().get("valve").is_none();
+        let base = match complete {
+            true => String::new(),
+            false => toml::to_string(&base()?).expect("a structure is a TOML table"),
+        };
+        let mut table = DeTable::parse(&base).expect("just written").into_inner();
+        overlay(
+            &mut table,
+            own.get_ref().as_table().expect("checked when parsed"),
+        );
+        let value = Spanned::new(own.span(), DeValue::Table(table));
+        let mut structure = Structure::deserialize(ValueDeserializer::from(value))
+            .map_err(|error| self.toml_error(&error))?;
+        if removes_valve && !structure.needs_valve() {
+            structure.valve = None;
+        }
+        self.check(&structure)?;
+        Ok(structure)
+    }
+
+    /// The structure of a file that must have all of it.
+    ///
+    /// # Errors
+    /// As [`ModelFile::structure`]; a `[structure]` that is missing or does not stand alone.
+    pub fn complete_structure(&self) -> Result<Structure> {
+        self.structure(|| {
+            Err(Error::input(
+                &self.path,
+                "has no [structure] with full_scale, command_unit and observed",
+                "give a complete model file, such as identify writes",
+            ))
+        })
+    }
+
+    /// `base`, the parameters of the structure, with the file's changes; a `value` becomes the start value.
+    ///
+    /// # Errors
+    /// A parameter that the structure does not have or that is there twice; another unit; bounds that are not finite,
+    /// not in order, or not positive on a logarithmic scale; a value outside them.
+    pub fn parameters(&self, base: Vec<Parameter>) -> Result<Vec<Parameter>> {
+        let mut parameters = base;
+        for (i, entry) in self.entries.iter().enumerate() {
+            let name = entry.name.get_ref();
+            if self.entries[..i].iter().any(|e| e.name.get_ref() == name) {
+                return Err(self.error(
+                    entry.name.span(),
+                    format!("there is a parameter {name} above already"),
+                    "delete one of the two",
+                ));
+            }
+            let Some(parameter) = parameters.iter_mut().find(|p| p.name == *name) else {
+                let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+                return Err(self.error(
+                    entry.name.span(),
+                    "the structure has no such parameter",
+                    format!("use one of {}", names.join(", ")),
+                ));
+            };
+            self.change(parameter, entry)?;
+        }
+        Ok(parameters)
+    }
+
+    fn change(&self, parameter: &mut Parameter, entry: &Entry) -> Result<()> {
+        if let Some(unit) = entry
+            .unit
+            .as_ref()
+            .filter(|unit| *unit.get_ref() != parameter.unit)
+        {
+            return Err(self.error(
+                unit.span(),
+                format!("{} is in {}", parameter.name, parameter.unit),
+                format!("convert it to {}", parameter.unit),
+            ));
+        }
+        for number in [&entry.value, &entry.low, &entry.high]
+            .into_iter()
+            .flatten()
+        {
+            if !number.get_ref().is_finite() {
+                return Err(self.error(number.span(), "is not finite", "give a number"));
+            }
+        }
+        let set = |field: &mut f64, number: &Option<Spanned<f64>>| {
+            if let Some(number) = number {
+                *field = *number.get_ref();
+            }
+        };
+        set(&mut parameter.low, &entry.low);
+        set(&mut parameter.high, &entry.high);
+        set(&mut parameter.start, &entry.value);
+        if let Some(scale) = &entry.scale {
+            parameter.scale = *scale.get_ref();
+        }
+        parameter.fixed = entry.fixed.unwrap_or(parameter.fixed);
+
+        let Parameter {
+            name,
+            low,
+            high,
+            start,
+            ..
+        } = &*parameter;
+        let span = |number: &Option<Spanned<f64>>| number.as_ref().map(Spanned::span);
+        let place = |number| span(number).unwrap_or(entry.name.span());
+        if low >= high {
+            return Err(self.error(
+                span(&entry.low).unwrap_or(place(&entry.high)),
+                format!("{name} has bounds {low} .. {high}"),
+                "let low be less than high",
+            ));
+        }
+        if parameter.scale == Scale::Log && *low <= 0.0 {
+            return Err(self.error(
+                place(&entry.low),
+                format!("{name} has low {low} on a logarithmic scale"),
+                "give a positive low, or scale = \"linear\"",
+            ));
+        }
+        if !(*low..=*high).contains(start) {
+            return Err(self.error(
+                place(&entry.value),
+                format!("the value {start} of {name} is outside its bounds {low} .. {high}"),
+                "give a value inside them, or other low and high with it",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Refuses a structure whose parts are out of range or do not fit together.
+    fn check(&self, structure: &Structure) -> Result<()> {
+        let refuse = |keys: &[&str], problem: String, remedy: &str| {
+            Err(self.error(self.find(keys), problem, remedy))
+        };
+        let Structure {
+            full_scale,
+            command_unit,
+            observed,
+            ..
+        } = structure;
+        if !(full_scale.is_finite() && *full_scale > 0.0) {
+            return refuse(
+                &["full_scale"],
+                format!("full_scale is {full_scale}"),
+                "give a positive number: the command that asks for 100 % of the spool's stroke",
+            );
+        }
+        for (key, unit) in [
+            ("command_unit", Some(command_unit)),
+            ("spool_unit", structure.spool_unit.as_ref()),
+        ] {
+            let Some(unit) = unit else { continue };
+            let kept = Quantity::Signal.unit(Some(unit), key).map(Unit::kept);
+            if !kept.is_ok_and(|kept| kept == unit) {
+                return refuse(
+                    &[key],
+                    format!("signals are not kept in {unit:?}"),
+                    "use V, mA, %, mm or 1, as the record does after its conversion",
+                );
+            }
+        }
+        if observed.is_empty() || !observed.is_sorted_by(|a, b| a < b) {
+            return refuse(
+                &["observed"],
+                "the observed outputs are none, not in order, or there twice".into(),
+                "list at least one of \"spool\", \"flow\", \"position\", in this order",
+            );
+        }
+        if structure.piston == Piston::Servo
+            && structure.observes(Output::Position)
+            && command_unit != "mm"
+        {
+            return refuse(
+                &["piston"],
+                format!("a position loop has its command in mm, not in {command_unit}"),
+                "convert the command, or use piston = \"integrated\"",
+            );
+        }
+        match (&structure.valve, structure.needs_valve()) {
+            (None, true) => refuse(
+                &["observed"],
+                "flow, or a position that integrates it, needs a valve".into(),
+                "add [structure.valve] with area = \"linear\"",
+            ),
+            (Some(_), false) => refuse(
+                &["valve"],
+                "there is a valve, but neither flow nor a position that integrates it is observed"
+                    .into(),
+                "delete [structure.valve], or observe one of the two",
+            ),
+            (Some(valve), true) => match &valve.area {
+                AreaLaw::Table(openings)
+                    if openings.len() < 4
+                        || openings.iter().any(|opening| !opening.is_finite())
+                        || !openings.is_sorted_by(|a, b| a < b) =>
+                {
+                    refuse(
+                        &["valve", "area", "table"],
+                        format!("the openings {openings:?} are fewer than four or do not rise"),
+                        "list at least four openings in %, strictly rising",
+                    )
+                }
+                _ => Ok(()),
+            },
+            (None, false) => Ok(()),
+        }
+    }
+
+    /// The file's `[structure]`, with the places of its keys in the text.
+    fn own_structure(&self) -> Option<Spanned<DeValue<'_>>> {
+        let table = DeTable::parse(&self.text).expect("parsed before");
+        table.into_inner().remove("structure")
+    }
+
+    /// Where the value of a key of `[structure]` stands, or what encloses it.
+    fn find(&self, keys: &[&str]) -> Range<usize> {
+        let Some(structure) = self.own_structure() else {
+            return 0..0;
+        };
+        let mut value = &structure;
+        for key in keys {
+            value = value.get_ref().get(*key).unwrap_or(value);
+        }
+        value.span()
+    }
+
+    fn toml_error(&self, error: &toml::de::Error) -> Error {
+        self.error(
+            error.span().unwrap_or(0..0),
+            error.message().trim().replace('\n', ", "),
+            "correct the line; a file that identify writes shows every key",
+        )
+    }
+
+    /// An error at a place of the text: its line, as it stands there.
+    fn error(&self, span: Range<usize>, problem: impl ToString, remedy: impl ToString) -> Error {
+        let start = span.start.min(self.text.len());
+        let number = 1 + self.text[..start].matches('\n').count();
+        let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
+        Error::input(
+            format!("{}, line {number}, {line:?}", self.path),
+            problem.to_string(),
+            remedy.to_string(),
+        )
+    }
+}
+
+/// Puts the file's keys over the base's; a valve is changed key by key, too.
+fn overlay<'a>(base: &mut DeTable<'a>, own: &DeTable<'a>) {
+    for (key, value) in own {
+        match (
+            base.get_mut(key.get_ref().as_ref()).map(Spanned::get_mut),
+            value.get_ref(),
+        ) {
+            (Some(DeValue::Table(base)), DeValue::Table(own)) if key.get_ref() == "valve" => {
+                overlay(base, own);
+            }
+            _ => {
+                base.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}

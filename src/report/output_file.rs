@@ -1,0 +1,111 @@
+//! A file to be written: refused before the work starts, whole or not there after it.
+
+use crate::{Error, Result};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
+
+/// A result file that is being prepared beside its place. Dropped before [`OutputFile::finish`], it leaves nothing.
+#[derive(Debug)]
+pub struct OutputFile {
+    path: PathBuf,
+    force: bool,
+    draft: NamedTempFile,
+}
+
+impl OutputFile {
+    /// Makes sure that a file can be written to `path`; with `force` it may replace one.
+    ///
+    /// # Errors
+    /// The file exists and `force` is not given, it is no regular file, or its folder cannot be written to.
+    pub fn create(path: impl AsRef<Path>, force: bool) -> Result<Self> {
+        let path = path.as_ref();
+        let refuse = |problem, remedy| Err(Error::input(path.display(), problem, remedy));
+        match path.symlink_metadata() {
+            Ok(_) if !force => return refuse("exists already", "give another name or --force"),
+            Ok(kind) if !kind.is_file() => {
+                return refuse("is no regular file", "give another name");
+            }
+            _ => {}
+        }
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            // What any new file has; the user's mask is applied to it.
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        let draft = builder
+            .tempfile_in(folder)
+            .map_err(|error| cannot_write(path, &error))?;
+        Ok(Self {
+            path: path.into(),
+            force,
+            draft,
+        })
+    }
+
+    /// Puts the file with these contents into its place, all at once.
+    ///
+    /// # Errors
+    /// The contents cannot be written, or another file has taken the place meanwhile.
+    pub fn finish(mut self, contents: &str) -> Result<()> {
+        let wrong = |error: &std::io::Error| cannot_write(&self.path, error);
+        self.draft
+            .write_all(contents.as_bytes())
+            .map_err(|error| wrong(&error))?;
+        let placed = match self.force {
+            true => self.draft.persist(&self.path),
+            false => self.draft.persist_noclobber(&self.path),
+        };
+        placed.map_err(|error| wrong(&error.error))?;
+        Ok(())
+    }
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> Error {
+    Error::input(
+        path.display(),
+        format!("cannot be written: {error}"),
+        "check the path, its permissions and the space left",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_only_with_force_and_an_unfinished_one_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        drop(OutputFile::create(&path, false).unwrap());
+        assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+        OutputFile::create(&path, false)
+            .unwrap()
+            .finish("1")
+            .unwrap();
+        let error = OutputFile::create(&path, false).unwrap_err();
+        assert!(error.to_string().contains("--force"), "{error}");
+        OutputFile::create(&path, true)
+            .unwrap()
+            .finish("2")
+            .unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "2");
+        assert!(OutputFile::create(folder.path(), true).is_err());
+    }
+
+    #[test]
+    fn a_file_that_appears_meanwhile_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        let output = OutputFile::create(&path, false).unwrap();
+        std::fs::write(&path, "theirs").unwrap();
+        assert!(output.finish("ours").is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "theirs");
+    }
+}

@@ -1,0 +1,244 @@
+//! Model files: what is written reads back exactly, a part changes the rest, and what is wrong is named.
+
+use servobee::model::orifice::Transition;
+use servobee::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
+use servobee::model::{Drive, Hold, Initial, Output, Parameter, Piston, Structure};
+use servobee::report::ModelFile;
+use servobee::{Error, Result};
+
+/// Every part in every kind, not every combination of them.
+fn structures() -> Vec<Structure> {
+    let base = Structure::actuator(9.999999999999998, "V");
+    let form = ValveForm::linear();
+    let table = ValveForm {
+        area: AreaLaw::Table(vec![0.1, 0.2, 1.0 / 3.0, 1e2]),
+        orifices: Orifices::Six,
+        transition: Transition::Reynolds,
+        meter: Meter::Supply,
+        drop: Drop::Ports,
+    };
+    let supply = ValveForm {
+        drop: Drop::Supply,
+        ..form.clone()
+    };
+    let flow = |valve: &ValveForm| Structure {
+        observed: Output::ALL.into(),
+        spool_unit: Some("%".into()),
+        valve: Some(valve.clone()),
+        ..base.clone()
+    };
+    vec![
+        base.clone(),
+        flow(&form),
+        flow(&supply),
+        flow(&table),
+        Structure::flow_bench(table),
+        Structure {
+            observed: vec![Output::Position],
+            piston: Piston::Servo,
+            hold: Hold::Interpolated,
+            initial: Initial::Free,
+            ..Structure::actuator(1e-3, "mm")
+        },
+        Structure {
+            drive: Drive::Direct,
+            initial: Initial::Rest,
+            ..base
+        },
+    ]
+}
+
+fn nowhere() -> Result<Structure> {
+    Err(Error::failed("asked for the base", "do not"))
+}
+
+#[test]
+fn a_complete_file_reads_back_to_the_same() {
+    for structure in structures() {
+        let mut parameters = structure.parameters();
+        for (i, parameter) in parameters.iter_mut().enumerate() {
+            parameter.start = parameter.from_unit(((i + 1) as f64 * 0.618).fract());
+            parameter.fixed = i % 2 == 0;
+        }
+        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let text = ModelFile::to_toml(&structure, &parameters, &values);
+        let file = ModelFile::parse("model.toml", &text).unwrap();
+        assert_eq!(file.structure(nowhere).unwrap(), structure, "{text}");
+        let read = file.parameters(structure.parameters()).unwrap();
+        assert_eq!(read, parameters, "{text}");
+        assert_eq!(ModelFile::to_toml(&structure, &read, &values), text);
+    }
+}
+
+#[test]
+fn an_empty_file_changes_nothing() {
+    let file = ModelFile::parse("model.toml", "").unwrap();
+    for structure in structures() {
+        assert_eq!(file.structure(|| Ok(structure.clone())).unwrap(), structure);
+        let parameters = structure.parameters();
+        assert_eq!(file.parameters(parameters.clone()).unwrap(), parameters);
+    }
+    let error = file.complete_structure().unwrap_err().to_string();
+    assert!(error.contains("has no [structure]"), "{error}");
+}
+
+#[test]
+fn a_part_changes_the_rest_key_by_key() {
+    let text = "
+        [structure]
+        hold = \"interpolated\"
+        valve.orifices = \"six\"
+        [[parameter]]
+        name = \"saturation\"
+        value = 5
+        fixed = true
+    ";
+    let file = ModelFile::parse("model.toml", text).unwrap();
+    let base = Structure {
+        observed: vec![Output::Spool, Output::Flow],
+        valve: Some(ValveForm::table(&[0.0, 1.0, 2.0, 3.0])),
+        ..Structure::actuator(10.0, "V")
+    };
+    let structure = file.structure(|| Ok(base.clone())).unwrap();
+    let mut expected = base.clone();
+    expected.hold = Hold::Interpolated;
+    expected.valve.as_mut().unwrap().orifices = Orifices::Six;
+    assert_eq!(structure, expected);
+    let parameters = file.parameters(structure.parameters()).unwrap();
+    for (changed, before) in parameters.iter().zip(structure.parameters()) {
+        let expected = match before.name.as_str() {
+            "saturation" => Parameter {
+                start: 5.0,
+                ..before.fixed()
+            },
+            _ => before,
+        };
+        assert_eq!(*changed, expected);
+    }
+}
+
+#[test]
+fn a_base_loses_the_valve_that_a_part_leaves_without_use() {
+    let file = ModelFile::parse("m.toml", "structure.observed = [\"spool\"]").unwrap();
+    let base = Structure {
+        observed: vec![Output::Spool, Output::Flow],
+        valve: Some(ValveForm::linear()),
+        ..Structure::actuator(10.0, "V")
+    };
+    let structure = file.structure(|| Ok(base)).unwrap();
+    assert_eq!(structure, Structure::actuator(10.0, "V"));
+}
+
+#[test]
+fn what_is_wrong_is_named_with_its_line() {
+    const WHOLE: &str =
+        "[structure]\nfull_scale = 10.0\ncommand_unit = \"V\"\nobserved = [\"spool\"]\n";
+    const FLOW: &str =
+        "[structure]\nfull_scale = 10.0\ncommand_unit = \"V\"\nobserved = [\"flow\"]\n";
+    let whole = |rest: &str| format!("{WHOLE}{rest}");
+    let flow = |rest: &str| format!("{FLOW}{rest}");
+    let parameter = |keys: &str| whole(&format!("[[parameter]]\nname = \"gain\"\n{keys}\n"));
+    let table = |openings: &str| flow(&format!("[structure.valve]\narea.table = {openings}\n"));
+    let cases: &[(String, &[&str])] = &[
+        ("[structure\n".into(), &["line 1", "[structure"]),
+        (
+            "[model]\n".into(),
+            &["line 1", "\"model\"", "[[parameter]]"],
+        ),
+        ("structure = 3\n".into(), &["line 1", "\"structure\""]),
+        (whole("colour = 1\n"), &["line 5", "`colour`", "full_scale"]),
+        (
+            whole("valve.colour = 1\n"),
+            &["line 5", "`colour`", "orifices"],
+        ),
+        (
+            whole("drive = \"direkt\"\n"),
+            &["line 5", "`direkt`", "`direct`"],
+        ),
+        (WHOLE.replace("10.0", "\"ten\""), &["line 2", "ten", "f64"]),
+        (WHOLE.replace("10.0", "nan"), &["line 2", "NaN", "positive"]),
+        (WHOLE.replace("10.0", "-1"), &["line 2", "-1", "positive"]),
+        (WHOLE.replace("\"V\"", "\"mV\""), &["line 3", "mV", "use V"]),
+        (
+            whole("spool_unit = \"inch\"\n"),
+            &["line 5", "inch", "use V"],
+        ),
+        (
+            WHOLE.replace("\"spool\"", ""),
+            &["line 4", "none", "\"flow\""],
+        ),
+        (
+            WHOLE.replace("\"spool\"", "\"spool\", \"spool\""),
+            &["line 4", "twice"],
+        ),
+        (
+            FLOW.into(),
+            &["line 4", "needs a valve", "[structure.valve]"],
+        ),
+        (
+            whole("valve.area = \"linear\"\n"),
+            &["line 5", "neither flow", "delete"],
+        ),
+        (
+            format!("{}piston = \"servo\"\n", WHOLE.replace("spool", "position")),
+            &["line 5", "in mm", "integrated"],
+        ),
+        (table("[0, 1, 2]"), &["line 6", "fewer than four", "rising"]),
+        (table("[0, 1, 1, 2]"), &["line 6", "do not rise", "rising"]),
+        (
+            table("[0, 1, nan, 2]"),
+            &["line 6", "do not rise", "rising"],
+        ),
+        (
+            table("[0, 1, 2, inf]"),
+            &["line 6", "do not rise", "rising"],
+        ),
+        (whole("[[parameter]]\nvalue = 1\n"), &["line 5", "`name`"]),
+        (
+            whole("[[parameter]]\nname = \"gian\"\n"),
+            &["line 6", "gian", "gain, time_constant, saturation"],
+        ),
+        (
+            parameter("[[parameter]]\nname = \"gain\""),
+            &["line 8", "gain above already", "delete"],
+        ),
+        (parameter("colour = 1"), &["line 7", "`colour`", "`value`"]),
+        (parameter("value = \"much\""), &["line 7", "much", "f64"]),
+        (parameter("value = nan"), &["line 7", "nan", "not finite"]),
+        (parameter("unit = \"rad/s\""), &["line 7", "rad/s", "1/s"]),
+        (
+            parameter("value = 1e9"),
+            &["line 7", "1e9", "1 .. 5000", "inside"],
+        ),
+        (
+            parameter("low = 300\nhigh = 200"),
+            &["line 7", "300 .. 200", "less than"],
+        ),
+        (
+            parameter("high = 0.5"),
+            &["line 7", "1 .. 0.5", "less than"],
+        ),
+        (
+            parameter("low = 0"),
+            &["line 7", "low 0", "logarithmic", "positive"],
+        ),
+        (
+            parameter("scale = \"root\""),
+            &["line 7", "`root`", "`log`"],
+        ),
+        (parameter("fixed = 1"), &["line 7", "fixed", "boolean"]),
+    ];
+    for (text, parts) in cases {
+        let read = ModelFile::parse("dir/model.toml", text).and_then(|file| {
+            let structure = file.complete_structure()?;
+            file.parameters(structure.parameters())
+        });
+        let error = read.expect_err(text);
+        let message = error.to_string();
+        assert_eq!(error.exit_code(), 2);
+        assert!(!message.contains('\n'), "{message}");
+        for part in parts.iter().chain(&["dir/model.toml"]) {
+            assert!(message.contains(part), "{part} is not in: {message}");
+        }
+    }
+}

@@ -1,71 +1,655 @@
-use servobee::evaluate::problem::*;
-use servobee::evaluate::*;
-use servobee::model::valve::*;
-use servobee::model::*;
-#[test]
-fn quick() {
-    let s = Structure::actuator(10.0, "V");
-    let p = s.parameters();
-    let rate = s.fastest_rate(&p);
-    let n = 1000;
-    let time: Vec<f64> = (0..n).map(|k| k as f64 * 1e-3).collect();
-    let samples = (0..n)
-        .map(|k| Sample {
-            input: [9.0 * ((k / 100) as f64 * 1.7).sin(), 0., 0., 0., 0.],
-            target: [k as f64 * 0.001, 0., 0.],
-            weight: 1.0,
-            ..Default::default()
-        })
-        .collect();
-    let mut series = Series {
-        name: "x".into(),
-        time,
-        samples,
+//! The GPU computes what the CPU computes: the traced shader, its loops and the device against the CPU's lanes.
+//!
+//! `SERVOBEE_SKIP_GPU=1` lets these tests pass on a machine without an adapter, and says so.
+
+mod common;
+
+use common::{Case, Record, case, cases, near_bounds, near_start, on_bounds, problem, random};
+use servobee::Error;
+use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best, describe};
+use servobee::evaluate::problem::Data;
+use servobee::evaluate::simulate::SLICE;
+use servobee::evaluate::{
+    Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status, wgsl,
+};
+use servobee::model::valve::ValveForm;
+use servobee::model::{Initial, Structure};
+use std::collections::HashSet;
+use std::ops::Range;
+
+/// Largest relative difference of costs in `f32` and `f64` near the start values: measured at up to 1.1e-5.
+const SINGLE: f64 = 3e-5;
+/// The same of any two evaluators for candidates anywhere inside the bounds: measured at up to 3e-5, where a hardly
+/// damped spool rings through the whole record.
+const ANYWHERE: f64 = 1e-4;
+
+/// An evaluator on the best adapter; none where there is no adapter and the caller has allowed that.
+fn gpu(checks: Checks) -> Option<GpuEvaluator> {
+    let adapters = adapters();
+    let Some(adapter) = best(&adapters) else {
+        assert!(
+            std::env::var("SERVOBEE_SKIP_GPU").is_ok_and(|value| value == "1"),
+            "no GPU adapter: install a Vulkan driver (mesa-vulkan-drivers is one in software), or set \
+             SERVOBEE_SKIP_GPU=1"
+        );
+        println!("SKIPPED: no GPU adapter and SERVOBEE_SKIP_GPU=1: nothing was tested on a GPU");
+        return None;
     };
-    series.set_steps(rate, 1);
-    let problem = Problem::new(s, p, Data::Series(vec![series]));
-    println!("{}", wgsl::compose(&problem));
-    println!("steps {}", problem.steps());
-    let mut pop = Population::new(3);
-    for i in 0..16384 {
-        let f = i as f64 / 16384.0;
-        let q: Vec<f64> = problem
+    println!("on {}", describe(&adapter.get_info()));
+    Some(GpuEvaluator::new(adapter, checks).expect("a device"))
+}
+
+fn on_gpu(gpu: &mut GpuEvaluator, problem: &Problem, population: &Population) -> Vec<Cost> {
+    gpu.costs(problem, population).expect("costs from the GPU")
+}
+
+fn on_cpu(precision: Precision, problem: &Problem, population: &Population) -> Vec<Cost> {
+    let costs = CpuEvaluator::new(precision).costs(problem, population);
+    costs.expect("costs from the CPU")
+}
+
+/// The largest relative difference of two lists of costs; infinite where only one of a pair has diverged.
+fn difference(some: &[Cost], others: &[Cost]) -> f64 {
+    assert_eq!(some.len(), others.len());
+    let of_pair = |(a, b): (&Cost, &Cost)| match (a.status, b.status) {
+        (Status::Finished, Status::Finished) => (a.value / b.value - 1.0).abs(),
+        (a, b) if a == b => 0.0,
+        _ => f64::INFINITY,
+    };
+    some.iter().zip(others).map(of_pair).fold(0.0, f64::max)
+}
+
+/// Candidates drawn inside the bounds, and on the bounds.
+fn anywhere(problem: &Problem, count: usize) -> Population {
+    let mut population = random(problem, count, 1);
+    for candidate in on_bounds(problem).iter() {
+        population.push(candidate);
+    }
+    population
+}
+
+#[test]
+fn gpu_and_cpu_agree_on_every_structure_and_record() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    println!(
+        "                                                    near the start          anywhere"
+    );
+    println!(
+        "largest relative difference of costs          GPU - f32 f32 - f64    GPU - f32 f32 - f64"
+    );
+    let mut failures = Vec::new();
+    for case in cases() {
+        let problem = &case.problem;
+        let mut measured = Vec::new();
+        for (population, limits) in [
+            (near_start(problem, 32, 2), [case.tolerance, SINGLE]),
+            (anywhere(problem, 64), [ANYWHERE; 2]),
+        ] {
+            let single = on_cpu(Precision::F32, problem, &population);
+            let double = on_cpu(Precision::F64, problem, &population);
+            let differences = [
+                difference(&on_gpu(&mut gpu, problem, &population), &single),
+                difference(&single, &double),
+            ];
+            if differences.iter().zip(limits).any(|(&d, limit)| d > limit) {
+                failures.push(format!("{}: {differences:?} above {limits:?}", case.name));
+            }
+            measured.extend(differences);
+        }
+        let [a, b, c, d] = measured[..] else {
+            unreachable!("two populations")
+        };
+        println!("{:44} {a:10.1e} {b:9.1e}   {c:10.1e} {d:9.1e}", case.name);
+    }
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+/// Problems whose candidates sit exactly where a `min`, a `max` or a clamp switches.
+fn breakpoints() -> Vec<(&'static str, Problem, Population)> {
+    let still = |scale: f64, levels: &[f64]| {
+        let mut record = Record::new(20 * levels.len(), 2e-3, scale);
+        for (k, input) in record.inputs.iter_mut().enumerate() {
+            input[0] = scale * levels[k / 20];
+        }
+        vec![record]
+    };
+    let build = |structure: Structure, values: &[(&str, f64)], records| {
+        let parameters = near_bounds(&structure, values);
+        problem(structure, parameters, records)
+    };
+    let values = [
+        ("gain", 250.0),
+        ("time_constant", 0.008),
+        ("saturation", 4.0),
+    ];
+    let at_rest = Structure {
+        initial: Initial::Rest,
+        ..Structure::actuator(10.0, "V")
+    };
+    let step = build(at_rest, &values, still(10.0, &[0.0, 0.4, -0.4]));
+    let table = [("area_2", 0.0), ("area_3", 0.5), ("area_4", 0.6)];
+    let nodes = build(
+        Structure::flow_bench(ValveForm::table(&[0.0, 25.0, 50.0, 100.0])),
+        &[&table[..], &[("area_1", 0.0), ("leakage_area", 1e-3)]].concat(),
+        still(
+            100.0,
+            &[0.0, 0.25, 0.5, 1.0, 1.25, -0.25, -0.5, -1.0, -1.25],
+        ),
+    );
+    let mut linear = build(
+        Structure::flow_bench(ValveForm::linear()),
+        &[("max_area", 1.0)],
+        still(100.0, &[0.0, 1.0, -1.0, 0.0]),
+    );
+    // The leakage area equals the area of an opening of 1 %.
+    let leakage = linear
+        .parameters
+        .iter_mut()
+        .find(|p| p.name == "leakage_area");
+    leakage.expect("a parameter of the valve").start = 0.01;
+    vec![
+        (
+            "a saturation equal to the step, and equal to half of it",
+            step.clone(),
+            [
+                [250.0, 0.008, 4.0],
+                [250.0, 0.008, 8.0],
+                [250.0, 0.008, 2.0],
+            ]
+            .iter()
+            .fold(Population::new(3), |mut all, one| {
+                all.push(one);
+                all
+            }),
+        ),
+        ("parameters on their bounds", step.clone(), on_bounds(&step)),
+        (
+            "a spool on the table's nodes and past its ends",
+            nodes.clone(),
+            on_bounds(&nodes),
+        ),
+        (
+            "a spool at zero and at the end of the stroke",
+            linear.clone(),
+            on_bounds(&linear),
+        ),
+    ]
+}
+
+#[test]
+fn gpu_and_cpu_agree_exactly_on_breakpoints() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    for (name, problem, population) in breakpoints() {
+        let single = on_cpu(Precision::F32, &problem, &population);
+        let double = on_cpu(Precision::F64, &problem, &population);
+        let device = difference(&on_gpu(&mut gpu, &problem, &population), &single);
+        let rounding = difference(&single, &double);
+        println!("{name}: GPU - f32 {device:.1e}, f32 - f64 {rounding:.1e}");
+        assert!(device.max(rounding) < ANYWHERE, "{name}");
+    }
+}
+
+/// Valve at rest, nothing moves: the costs are what the targets alone give.
+#[test]
+fn a_record_of_zero_command_has_a_finite_cost() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    for name in [
+        "actuator, held",
+        "six orifices, supply flow",
+        "actuator and table valve",
+    ] {
+        let Case { problem: p, .. } = case(name);
+        let record = Record::new(50, 2e-3, 0.0);
+        let problem = Problem {
+            scale: [1.0; 3],
+            ..problem(p.structure, p.parameters, vec![record])
+        };
+        let population = anywhere(&problem, 8);
+        let single = on_cpu(Precision::F32, &problem, &population);
+        for (a, b) in on_gpu(&mut gpu, &problem, &population).iter().zip(&single) {
+            assert!(
+                (a.value - b.value).abs() <= ANYWHERE * b.value,
+                "{name}: {a:?} {b:?}"
+            );
+            assert_eq!(
+                (a.status, b.status),
+                (Status::Finished, Status::Finished),
+                "{name}"
+            );
+        }
+    }
+}
+
+/// Prints how many faults were tried, and those that were hardest to see.
+fn print_faintest(mut shown: Vec<(f64, String)>) {
+    shown.sort_by(|a, b| a.0.total_cmp(&b.0));
+    println!("{} faults; the faintest, in tolerances:", shown.len());
+    for (times, what) in shown.iter().take(5) {
+        println!("{times:6.1} {what}");
+    }
+}
+
+/// The candidates that are compared where one side has a fault.
+fn witnesses(problem: &Problem) -> Population {
+    near_start(problem, 8, 3)
+}
+
+#[test]
+fn a_parameter_off_by_a_thousandth_on_the_gpu_is_caught() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    let mut wrong = Vec::new();
+    let mut shown = Vec::new();
+    for case in cases() {
+        let problem = &case.problem;
+        let population = witnesses(problem);
+        let reference = on_cpu(Precision::F32, problem, &population);
+        let mut position = 0;
+        for (i, parameter) in problem.parameters.iter().enumerate() {
+            let mut problem = problem.clone();
+            let mut changed = population.clone();
+            if parameter.fixed {
+                problem.parameters[i].start *= 1.001;
+            } else {
+                changed = Population::new(population.dimension());
+                for candidate in population.iter() {
+                    let mut candidate = candidate.to_vec();
+                    candidate[position] *= 1.001;
+                    changed.push(&candidate);
+                }
+                position += 1;
+            }
+            let found = difference(&on_gpu(&mut gpu, &problem, &changed), &reference);
+            let what = format!("{}: {} shows as {found:.1e}", case.name, parameter.name);
+            if case.idle.contains(&parameter.name.as_str()) {
+                if found > case.tolerance {
+                    wrong.push(format!("{what} although it is listed as idle"));
+                }
+            } else {
+                shown.push((found / case.tolerance, what.clone()));
+                if found <= case.tolerance {
+                    wrong.push(what);
+                }
+            }
+        }
+    }
+    print_faintest(shown);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// The `f32` literals of a shader's text: where they stand, without the `f`, and their values.
+fn literals(text: &str) -> Vec<(Range<usize>, f32)> {
+    let bytes = text.as_bytes();
+    let within = |b: u8| b.is_ascii_alphanumeric() || b == b'_' || b == b'.';
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        if !within(bytes[at]) {
+            at += 1;
+            continue;
+        }
+        let start = at;
+        while at < bytes.len()
+            && (within(bytes[at]) || (bytes[at] == b'-' && bytes[at - 1] == b'e'))
+        {
+            at += 1;
+        }
+        if let Some(number) = text[start..at].strip_suffix('f')
+            && let Ok(value) = number.parse()
+        {
+            found.push((start..at - 1, value));
+        }
+    }
+    found
+}
+
+#[test]
+fn a_literal_of_the_shader_off_by_a_thousandth_is_caught() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    let mut wrong = Vec::new();
+    let mut shown = Vec::new();
+    let mut seen = HashSet::new();
+    for case in cases() {
+        let problem = &case.problem;
+        let population = witnesses(problem);
+        let reference = on_cpu(Precision::F32, problem, &population);
+        let (shader, physics) = (wgsl::compose(problem), wgsl::physics(problem));
+        let tones = matches!(&*problem.data, Data::Tones(_));
+        if !seen.insert((physics.clone(), tones)) {
+            continue;
+        }
+        let start = shader.find(&physics).expect("the physics in the shader");
+        let idle: Vec<Range<usize>> = case
+            .idle_text
+            .iter()
+            .flat_map(|text| physics.match_indices(text))
+            .map(|(at, text)| at..at + text.len())
+            .collect();
+        for (place, value) in literals(&physics) {
+            // A thousandth of zero is zero.
+            if value == 0.0 {
+                continue;
+            }
+            let mut fault = shader.clone();
+            let changed = format!("{:?}", value * 1.001);
+            fault.replace_range(start + place.start..start + place.end, &changed);
+            let costs = gpu.costs_with(&fault, problem, &population);
+            let found = difference(&costs.expect("a shader that compiles"), &reference);
+            let line = physics[..place.start].lines().count();
+            let text = physics.lines().nth(line - 1).expect("a line").trim();
+            let what = format!(
+                "{}: {value} in line {line} shows as {found:.1e}: {text}",
+                case.name
+            );
+            if idle.iter().any(|range| range.contains(&place.start)) {
+                if found > case.tolerance {
+                    wrong.push(format!("{what} although it is listed as idle"));
+                }
+            } else {
+                shown.push((found / case.tolerance, what.clone()));
+                if found <= case.tolerance {
+                    wrong.push(what);
+                }
+            }
+        }
+    }
+    print_faintest(shown);
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_wrong_shader_is_caught() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    let faults = [
+        (
+            "actuator, held",
+            "= -plant.saturation",
+            "= plant.saturation",
+        ),
+        ("actuator, held", "min(max(middle", "max(max(middle"),
+        (
+            "actuator, held",
+            "(state.integrator - state.spool)",
+            "(state.spool - state.integrator)",
+        ),
+        ("actuator, held", "candidates[0u *", "candidates[1u *"),
+        (
+            "actuator, held",
+            "sample.weight * error * error",
+            "error * error",
+        ),
+        ("actuator, held", "sum += chunk", "sum = chunk"),
+        (
+            "actuator, interpolated",
+            "j < sample.substeps",
+            "j + 1u < sample.substeps",
+        ),
+        ("actuator, interpolated", "f32(2u * j + 1u)", "f32(2u * j)"),
+        (
+            "actuator, interpolated",
+            "start.command + share",
+            "start.command - share",
+        ),
+        (
+            "actuator, at rest",
+            "State(0.0f, 0.0f)",
+            "State(input.command, input.command)",
+        ),
+        (
+            "records of many lengths",
+            "state = load(at, stride)",
+            "state = initial(plant, samples[0].input, 0.0)",
+        ),
+        (
+            "records of many lengths",
+            "samples[record.first + k]",
+            "samples[k]",
+        ),
+        ("linear valve, rated drop", "constants[1u]", "constants[2u]"),
+        ("linear valve, rated drop", ", plant.leakage)", ", 0.0)"),
+        (
+            "linear valve, supply measured",
+            "input.tank",
+            "input.supply",
+        ),
+        ("linear valve, ports measured", "input.a", "input.b"),
+        ("table valve", "- 25.0f, 0.0f)", "+ 25.0f, 0.0f)"),
+        (
+            "six orifices, supply flow",
+            "(backward_area * backward_area)",
+            "(forward_area * forward_area)",
+        ),
+        (
+            "near the laminar flow, Reynolds number",
+            "plant.critical_force / backward_area",
+            "plant.critical_force / forward_area",
+        ),
+        ("actuator and integrated position", "first.position", "0.0"),
+        (
+            "tones, paper",
+            "period >= tone.settle",
+            "period > tone.settle",
+        ),
+        (
+            "tones, settled",
+            "command(tone, at + 1u)",
+            "command(tone, at)",
+        ),
+        (
+            "tones, settled",
+            ".x * sine(tone, first)",
+            ".x * sine(tone, first + 1u)",
+        ),
+    ];
+    for (name, right, wrong) in faults {
+        let case = case(name);
+        let problem = &case.problem;
+        let population = witnesses(problem);
+        let reference = on_cpu(Precision::F32, problem, &population);
+        let shader = wgsl::compose(problem);
+        assert!(shader.contains(right), "{name}: no {right:?} to spoil");
+        let fault = shader.replacen(right, wrong, 1);
+        let costs = gpu.costs_with(&fault, problem, &population);
+        let found = difference(&costs.expect("a shader that compiles"), &reference);
+        println!("{name}: {wrong:?} shows as {found:.1e}");
+        assert!(
+            found > case.tolerance,
+            "{name}: {wrong:?} shows as {found:.1e} only"
+        );
+    }
+}
+
+/// The numbers of the candidates, best first.
+fn ranking(costs: &[Cost]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..costs.len()).collect();
+    order.sort_by_key(|&i| costs[i]);
+    order
+}
+
+#[test]
+fn all_evaluators_name_the_same_best_candidates() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    for case in cases() {
+        let problem = &case.problem;
+        let population = anywhere(problem, 64);
+        let readings = [
+            on_cpu(Precision::F64, problem, &population),
+            on_cpu(Precision::F32, problem, &population),
+            on_gpu(&mut gpu, problem, &population),
+        ];
+        let reference = &readings[0];
+        let best = ranking(reference);
+        for other in &readings[1..] {
+            let chosen = ranking(other);
+            for k in [1, 5, 20] {
+                let mut worst: Vec<f64> = chosen[..k].iter().map(|&i| reference[i].value).collect();
+                worst.sort_by(f64::total_cmp);
+                // Ties within the tolerance may swap, so costs are compared, rank by rank, and not numbers.
+                for (&own, &of_other) in best[..k].iter().zip(&worst) {
+                    let own = reference[own].value;
+                    assert!(
+                        of_other <= own * (1.0 + 2.0 * ANYWHERE),
+                        "{}: {own} {of_other}",
+                        case.name
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_candidate_that_blows_up_is_diverged_everywhere_and_ranks_last() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    for name in [
+        "actuator, held",
+        "actuator, interpolated",
+        "records of many lengths",
+        "spool, flow and integrated position, interpolated",
+        "tones, settled",
+    ] {
+        let Case { problem, .. } = case(name);
+        let mut population = near_start(&problem, 20, 4);
+        let healthy = population.len();
+        let which = problem
             .free()
             .iter()
-            .enumerate()
-            .map(|(j, p)| p.from_unit((f * (7.0 + 10.0 * j as f64)).fract()))
-            .collect();
-        pop.push(&q);
+            .position(|p| p.name == "time_constant");
+        let lag = which.expect("an actuator");
+        // From at once to late: steps are about 2 ms, and stable down to a time constant of a third of that.
+        for time_constant in [1e-30, 1e-12, 1e-6, 1e-5, 1e-4, 3e-4] {
+            let mut candidate = problem.start();
+            candidate[lag] = time_constant;
+            population.push(&candidate);
+        }
+        let double = on_cpu(Precision::F64, &problem, &population);
+        let statuses = |costs: &[Cost]| costs.iter().map(|c| c.status).collect::<Vec<_>>();
+        let expected = statuses(&double);
+        assert!(
+            expected[..healthy].iter().all(|&s| s == Status::Finished),
+            "{name}"
+        );
+        assert!(
+            expected[healthy..].iter().all(|&s| s == Status::Diverged),
+            "{name}: {expected:?}"
+        );
+        for costs in [
+            double,
+            on_cpu(Precision::F32, &problem, &population),
+            on_gpu(&mut gpu, &problem, &population),
+        ] {
+            assert_eq!(statuses(&costs), expected, "{name}");
+            assert!(
+                ranking(&costs)[..healthy].iter().all(|&i| i < healthy),
+                "{name}"
+            );
+            assert!(
+                costs[healthy..]
+                    .iter()
+                    .all(|cost| cost.value == f64::INFINITY),
+                "{name}"
+            );
+        }
     }
-    let adapters = gpu::adapters();
-    for a in &adapters {
-        println!("{}", gpu::describe(&a.get_info()));
+}
+
+/// A long record and many short ones: several slices and many items, so that few candidates fill a buffer.
+fn many_records() -> Problem {
+    let structure = Structure::actuator(10.0, "V");
+    let values = [
+        ("gain", 250.0),
+        ("time_constant", 0.008),
+        ("saturation", 4.0),
+    ];
+    let parameters = near_bounds(&structure, &values);
+    let mut records = vec![Record::new(SLICE + 10, 2e-3, 10.0)];
+    records.extend((0..60).map(|i| Record::new(3 + i, 2e-3, 10.0)));
+    problem(structure, parameters, records)
+}
+
+#[test]
+fn a_population_cut_to_fit_small_buffers_has_the_same_costs() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    let problem = many_records();
+    let population = random(&problem, 500, 5);
+    let whole = on_gpu(&mut gpu, &problem, &population);
+    // 500 candidates with 61 records and two slices need 976 000 bytes of results.
+    gpu.limit_buffers(490_000);
+    let parts = on_gpu(&mut gpu, &problem, &population);
+    assert_eq!(whole, parts);
+
+    gpu.limit_buffers(1000);
+    let refusal = gpu.costs(&problem, &population);
+    assert!(matches!(refusal, Err(Error::Failed { .. })), "{refusal:?}");
+}
+
+#[test]
+fn checks_of_the_driver_change_no_cost() {
+    let (Some(mut off), Some(mut on)) = (gpu(Checks::Off), gpu(Checks::On)) else {
+        return;
+    };
+    let mut identical = true;
+    for case in cases() {
+        let problem = &case.problem;
+        let population = anywhere(problem, 20);
+        let (off, on) = (
+            on_gpu(&mut off, problem, &population),
+            on_gpu(&mut on, problem, &population),
+        );
+        identical &= off == on;
+        assert!(difference(&off, &on) <= ANYWHERE, "{}", case.name);
     }
-    let mut g = gpu::GpuEvaluator::new(gpu::best(&adapters).unwrap(), gpu::Checks::Off).unwrap();
-    let mut c32 = CpuEvaluator::new(Precision::F32);
-    let mut c64 = CpuEvaluator::new(Precision::F64);
-    g.costs(&problem, &pop).unwrap();
-    let t = std::time::Instant::now();
-    let a = g.costs(&problem, &pop).unwrap();
-    let tg = t.elapsed();
-    let t = std::time::Instant::now();
-    let b = c32.costs(&problem, &pop).unwrap();
-    let t32 = t.elapsed();
-    let t = std::time::Instant::now();
-    let c = c64.costs(&problem, &pop).unwrap();
-    let t64 = t.elapsed();
-    let m = problem.steps() as f64 * pop.len() as f64 / 1e6;
-    println!(
-        "gpu {:.0} f32 {:.0} f64 {:.0} M/s  ({tg:?})",
-        m / tg.as_secs_f64(),
-        m / t32.as_secs_f64(),
-        m / t64.as_secs_f64()
-    );
-    let mut e = [0.0f64; 2];
-    for i in 0..pop.len() {
-        e[0] = e[0].max((a[i].value / b[i].value - 1.0).abs());
-        e[1] = e[1].max((a[i].value / c[i].value - 1.0).abs());
+    println!("bit-identical: {identical}");
+}
+
+#[test]
+fn a_population_of_any_size_is_evaluated_in_order() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    for name in ["actuator, held", "table valve", "tones, paper"] {
+        let case = case(name);
+        // Around one workgroup of 64.
+        for count in [0, 1, 63, 64, 65] {
+            let population = random(&case.problem, count, 6);
+            let costs = on_gpu(&mut gpu, &case.problem, &population);
+            assert_eq!(costs.len(), count);
+            let reference = on_cpu(Precision::F32, &case.problem, &population);
+            assert!(
+                difference(&costs, &reference) <= ANYWHERE,
+                "{name}, {count}"
+            );
+        }
     }
-    println!("{e:?} {:?} {:?} {:?}", a[5], b[5], c[5]);
-    let _ = ValveForm::linear();
+}
+
+#[test]
+fn a_problem_without_free_parameters_has_a_cost_on_the_gpu() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    let Case { mut problem, .. } = case("actuator, held");
+    problem.parameters.iter_mut().for_each(|p| p.fixed = true);
+    let population = Population::single(&[]);
+    let cost = on_gpu(&mut gpu, &problem, &population);
+    let reference = on_cpu(Precision::F32, &problem, &population);
+    assert_eq!(reference.len(), 1);
+    assert!(difference(&cost, &reference) <= ANYWHERE);
 }

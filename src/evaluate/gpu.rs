@@ -260,6 +260,8 @@ impl GpuEvaluator {
                     .map(|i| population.candidate(i)[parameter] as f32),
             );
         }
+        // A buffer has at least one number, also where no parameter is free.
+        candidates.resize(candidates.len().max(1), 0.0);
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let candidates = self.storage("candidates", bytemuck::cast_slice(&candidates));
         let trajectories = u64::from(count) * u64::from(items);

@@ -6,6 +6,7 @@ use std::cmp::Ordering;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Population {
     dimension: usize,
+    count: usize,
     values: Vec<f64>,
 }
 
@@ -14,6 +15,7 @@ impl Population {
     pub fn new(dimension: usize) -> Self {
         Self {
             dimension,
+            count: 0,
             values: Vec::new(),
         }
     }
@@ -22,6 +24,7 @@ impl Population {
     pub fn single(candidate: &[f64]) -> Self {
         Self {
             dimension: candidate.len(),
+            count: 1,
             values: candidate.to_vec(),
         }
     }
@@ -36,6 +39,7 @@ impl Population {
             self.dimension,
             "candidate of another dimension"
         );
+        self.count += 1;
         self.values.extend_from_slice(candidate);
     }
 
@@ -46,12 +50,12 @@ impl Population {
 
     /// How many candidates there are.
     pub fn len(&self) -> usize {
-        self.values.len().checked_div(self.dimension).unwrap_or(0)
+        self.count
     }
 
     /// Whether there is no candidate.
     pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
+        self.count == 0
     }
 
     /// Candidate `index`.
@@ -61,7 +65,7 @@ impl Population {
 
     /// The candidates in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[f64]> {
-        self.values.chunks_exact(self.dimension)
+        (0..self.count).map(|index| self.candidate(index))
     }
 }
 

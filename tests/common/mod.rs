@@ -1,0 +1,535 @@
+//! Problems with known answers: every structure with every kind of record, in one place.
+
+#![allow(dead_code, reason = "each test crate uses its own part of this module")]
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
+use servobee::evaluate::simulate::{SLICE, response, series};
+use servobee::evaluate::{Population, Problem};
+use servobee::model::orifice::Transition;
+use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
+use servobee::model::{Hold, Initial, Output, Parameter, Piston, Plant, Real, Scale, Structure};
+use std::f64::consts::TAU;
+
+/// A problem whose targets come from its own start values, scaled and shifted so that the start's cost is 1.
+pub(crate) struct Case {
+    pub(crate) name: &'static str,
+    pub(crate) problem: Problem,
+    /// Parameters that the outputs do not depend on.
+    pub(crate) idle: &'static [&'static str],
+    /// Pieces of the traced physics whose literals the outputs do not depend on.
+    pub(crate) idle_text: Vec<&'static str>,
+    /// How far costs from the GPU may lie off those of the CPU in `f32`, near the start values, relative.
+    pub(crate) tolerance: f64,
+}
+
+impl Case {
+    fn new(name: &'static str, problem: Problem) -> Self {
+        let structure = &problem.structure;
+        let mut case = Self {
+            name,
+            idle: &[],
+            idle_text: vec![],
+            tolerance: match &*problem.data {
+                Data::Series(_) if structure.states().contains(&"position") => POSITION_ROUNDING,
+                Data::Series(_) => ROUNDING,
+                Data::Tones(_) => PHASE_ROUNDING,
+            },
+            problem: problem.clone(),
+        };
+        if let Some(valve) = &structure.valve {
+            if valve.transition == Transition::PressureRatio {
+                case.idle = &["viscosity"];
+                case.idle_text.push(LAMINAR);
+            }
+            if valve.drop == Drop::Rated {
+                case.idle_text.push(NO_TANK);
+            }
+            if valve.drop != Drop::Ports && valve.meter == Meter::Load {
+                case.idle_text.push(MIDDLE);
+            }
+        }
+        case
+    }
+}
+
+/// Zero tank pressure, whatever it is multiplied by.
+const NO_TANK: &str = "0.0f * 100000.0f";
+/// The pressure midway between supply and tank: what it adds to the load flow at one land it takes at the other.
+const MIDDLE: &str = "* 0.5f) * 100000.0f";
+/// The critical pressure, about a thousandth of the pressures: nothing at a drop of many bars.
+const LAMINAR: &str = "* 0.5f) + 101325.0f) * 0.001f";
+/// The mean pressure's share in it, where that is far below the atmosphere's.
+const MEAN_PRESSURE: &str = "* 0.5f) +";
+/// The stages of steps that are much finer than the motion.
+const STAGES: [&str; 2] = ["step * 0.5f", "step * 1.0f"];
+
+/// Between GPU and CPU in `f32`: measured at up to 1.6e-6 with Mesa's lavapipe. A hardware GPU rounds divisions and
+/// roots a little worse and may fuse multiplication and addition: errors of the size of those between `f32` and `f64`,
+/// which are measured at up to 2e-6.
+const ROUNDING: f64 = 6e-6;
+/// An integrated position sums many small changes: measured at up to 2.6e-6, and 1.1e-5 between `f32` and `f64`.
+const POSITION_ROUNDING: f64 = 8e-6;
+/// Phases in degrees, 3 off: measured at 0, and 1e-5 between `f32` and `f64`.
+const PHASE_ROUNDING: f64 = 3e-5;
+
+/// The inputs of one record: times and commands, tank and port pressures.
+pub(crate) struct Record {
+    pub(crate) time: Vec<f64>,
+    pub(crate) inputs: Vec<[f64; 5]>,
+}
+
+impl Record {
+    /// `rows` rows `interval` s apart, their commands up to `scale`; jumps, slow and fast sines, from off zero.
+    pub(crate) fn new(rows: usize, interval: f64, scale: f64) -> Self {
+        Self::at((0..rows).map(|k| k as f64 * interval).collect(), scale)
+    }
+
+    /// The same at rows of uneven spacing, a gap among them.
+    pub(crate) fn uneven(rows: usize, interval: f64, scale: f64) -> Self {
+        let mut now = 0.0;
+        let advance = |k: usize| {
+            let time = now;
+            now += interval * [1.0, 0.4, 2.7, 1.3, 0.1][k % 5] * if k == 40 { 30.0 } else { 1.0 };
+            time
+        };
+        Self::at((0..rows).map(advance).collect(), scale)
+    }
+
+    fn at(time: Vec<f64>, scale: f64) -> Self {
+        let input = |&t: &f64| {
+            let level = [0.3, 0.95, -0.95, 0.1, -0.5, 0.0][(t / 0.09) as usize % 6];
+            let wobble = (TAU * (1.0 + 5.0 * t.min(3.0)) * t).sin();
+            let swing = |rate: f64| (TAU * rate * t).sin();
+            [
+                scale * (0.7 * level + 0.4 * wobble),
+                100.0 + 10.0 * swing(3.0),
+                4.0 + swing(5.0),
+                60.0 + 15.0 * swing(2.0),
+                45.0 + 15.0 * swing(7.0),
+            ]
+        };
+        Self {
+            inputs: time.iter().map(input).collect(),
+            time,
+        }
+    }
+
+    /// All pressures times `factor`.
+    fn pressures_times(mut self, factor: f64) -> Self {
+        for input in &mut self.inputs {
+            input[1..].iter_mut().for_each(|value| *value *= factor);
+        }
+        self
+    }
+}
+
+/// The parameters of `structure` with these start values; the free ones searched from 0.7 to 1.4 times the start.
+pub(crate) fn near_bounds(structure: &Structure, values: &[(&str, f64)]) -> Vec<Parameter> {
+    let mut parameters = with_starts(structure, values);
+    for parameter in parameters.iter_mut().filter(|p| !p.fixed) {
+        let ends = match parameter.scale {
+            Scale::Log => [0.7 * parameter.start, 1.4 * parameter.start],
+            Scale::Linear => [0.0, 2.0 * parameter.start],
+        };
+        parameter.low = ends[0].min(ends[1]);
+        parameter.high = ends[0].max(ends[1]);
+    }
+    parameters
+}
+
+/// The parameters of `structure` with these start values and the default bounds.
+pub(crate) fn with_starts(structure: &Structure, values: &[(&str, f64)]) -> Vec<Parameter> {
+    let mut parameters = structure.parameters();
+    for &(name, value) in values {
+        let parameter = parameters.iter_mut().find(|p| p.name == name);
+        parameter
+            .unwrap_or_else(|| panic!("no parameter {name}"))
+            .start = value;
+    }
+    parameters
+}
+
+/// A problem on `records` whose targets come from the start values of `parameters`.
+pub(crate) fn problem(
+    structure: Structure,
+    parameters: Vec<Parameter>,
+    records: Vec<Record>,
+) -> Problem {
+    let rate = structure.fastest_rate(&parameters);
+    let truth: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let mut all = Vec::new();
+    let mut squares = [0.0; 3];
+    for (number, record) in records.into_iter().enumerate() {
+        let samples = record.inputs.iter().map(|&input| Sample {
+            input,
+            weight: 1.0,
+            ..Sample::default()
+        });
+        let mut one = Series {
+            name: format!("record {number}"),
+            time: record.time,
+            samples: samples.collect(),
+        };
+        // The measured position at the first row is where an integration starts.
+        let integrated = structure.states().contains(&"position");
+        if integrated {
+            one.samples[0].target[2] = 12.0;
+        }
+        one.set_steps(rate, 1);
+        let outputs = outputs(&structure, &truth, &one);
+        let peak = |i: usize| {
+            outputs
+                .iter()
+                .fold(0.0, |peak, row| f64::max(peak, row[i].abs()))
+        };
+        let peaks = [0, 1, 2].map(peak);
+        for (k, (sample, row)) in one.samples.iter_mut().zip(&outputs).enumerate() {
+            sample.weight = [1.0, 0.5, 1.0, 2.0, 0.0, 1.0, 1.0][k % 7];
+            for i in 0..3 {
+                if k > 0 || i != 2 || !integrated {
+                    sample.target[i] = 0.9 * row[i] + 0.1 * peaks[i];
+                }
+                let error = sample.target[i] - row[i];
+                squares[i] += sample.weight * error * error;
+            }
+        }
+        all.push(one);
+    }
+    let observed = squares.iter().filter(|&&sum| sum > 0.0).count() as f64;
+    let mut problem = Problem::new(structure, parameters, Data::Series(all));
+    problem.scale = squares.map(|sum| {
+        if sum > 0.0 {
+            1.0 / (observed * sum)
+        } else {
+            0.0
+        }
+    });
+    problem
+}
+
+/// A problem on tones of these frequencies and amplitudes.
+fn tones(stream: Stream, values: &[(&str, f64)]) -> Problem {
+    let structure = Structure::actuator(10.0, "V");
+    let parameters = near_bounds(&structure, values);
+    let rate = structure.fastest_rate(&parameters);
+    let truth: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let points = [
+        (5.0, 9.0),
+        (14.0, 9.0),
+        (25.0, 4.0),
+        (40.0, 9.0),
+        (60.0, 2.0),
+    ];
+    let mut tones: Vec<Tone> = points
+        .iter()
+        .map(|&(frequency, amplitude)| Tone::new(frequency, amplitude, 0.0, 1.0, stream, rate, 1))
+        .collect();
+    let wave = Wave::new(&tones);
+    let plant = Plant::new(&structure, &truth);
+    let count = tones.len() as f64;
+    for tone in &mut tones {
+        let [re, im] = response(&plant, tone, &wave, |_| false);
+        tone.phase = im.atan2(re).to_degrees() - 3.0;
+        tone.weight = 1.0 / (9.0 * count);
+    }
+    Problem::new(structure, parameters, Data::Tones(tones))
+}
+
+/// The outputs of every row of a record.
+pub(crate) fn outputs<R: Real>(
+    structure: &Structure,
+    values: &[R],
+    record: &Series,
+) -> Vec<[R; 3]> {
+    let plant = Plant::new(structure, values);
+    let mut rows = Vec::new();
+    let row = |_: usize, _: &[R], outputs: [R; 3]| {
+        rows.push(outputs);
+        true
+    };
+    match structure.states().len() {
+        0 => series::<R, 0>(structure, &plant, record, row),
+        1 => series::<R, 1>(structure, &plant, record, row),
+        2 => series::<R, 2>(structure, &plant, record, row),
+        _ => series::<R, 3>(structure, &plant, record, row),
+    }
+    rows
+}
+
+const ACTUATOR: [(&str, f64); 3] = [
+    ("gain", 250.0),
+    ("time_constant", 0.008),
+    ("saturation", 4.0),
+];
+const LINEAR: [(&str, f64); 3] = [
+    ("max_area", 1.5),
+    ("opening_offset", 3.0),
+    ("leakage_area", 0.02),
+];
+const OPENINGS: [f64; 6] = [0.0, 10.0, 25.0, 50.0, 80.0, 100.0];
+const TABLE: [(&str, f64); 8] = [
+    ("opening_offset", 3.0),
+    ("leakage_area", 0.3),
+    ("area_1", 0.29),
+    ("area_2", 0.4),
+    ("area_3", 0.9),
+    ("area_4", 1.5),
+    ("area_5", 1.8),
+    ("area_6", 2.0),
+];
+
+/// Every structure with every kind of record.
+pub(crate) fn cases() -> Vec<Case> {
+    let actuator = || Structure::actuator(10.0, "V");
+    // Past full scale both ways.
+    let record = || Record::new(300, 4e-3, 12.0);
+    // The longer a position is integrated, the more rounding hides.
+    let short = || Record::new(60, 5e-3, 12.0);
+    let bench = || Record::new(300, 2e-3, 120.0);
+    let case = |name, structure: Structure, values: &[&[(&str, f64)]], records| {
+        let parameters = near_bounds(&structure, &values.concat());
+        Case::new(name, problem(structure, parameters, records))
+    };
+    let wide = |name, structure: Structure, values: &[&[(&str, f64)]]| {
+        let parameters = with_starts(&structure, &values.concat());
+        // Short: a fast and hardly damped spool that saturates early on amplifies any rounding exponentially.
+        let records = vec![Record::new(200, 2e-3, 12.0)];
+        let mut case = Case::new(name, problem(structure, parameters, records));
+        case.idle_text.extend(STAGES);
+        case
+    };
+    let laminar = |mut case: Case| {
+        case.idle_text = vec![MEAN_PRESSURE];
+        case
+    };
+    let with_drop = |drop| ValveForm {
+        drop,
+        ..ValveForm::linear()
+    };
+    let driven = |observed: &[Output], valve| Structure {
+        observed: observed.to_vec(),
+        valve: Some(valve),
+        ..actuator()
+    };
+    let position = [("piston_area", 20.0)];
+    vec![
+        case("actuator, held", actuator(), &[&ACTUATOR], vec![record()]),
+        case(
+            "actuator, interpolated",
+            Structure {
+                hold: Hold::Interpolated,
+                ..actuator()
+            },
+            &[&ACTUATOR],
+            vec![record()],
+        ),
+        case(
+            "actuator, uneven",
+            actuator(),
+            &[&ACTUATOR],
+            vec![Record::uneven(300, 3e-3, 12.0)],
+        ),
+        case(
+            "actuator, uneven and interpolated",
+            Structure {
+                hold: Hold::Interpolated,
+                ..actuator()
+            },
+            &[&ACTUATOR],
+            vec![Record::uneven(300, 3e-3, 12.0)],
+        ),
+        case(
+            "actuator, at rest",
+            Structure {
+                initial: Initial::Rest,
+                ..actuator()
+            },
+            &[&ACTUATOR],
+            vec![record()],
+        ),
+        case(
+            "actuator, free start",
+            Structure {
+                initial: Initial::Free,
+                ..actuator()
+            },
+            &[&ACTUATOR, &[("initial_spool", -6.0)]],
+            vec![Record::new(60, 4e-3, 12.0)],
+        ),
+        case(
+            "actuator, spool in mm",
+            Structure {
+                spool_unit: Some("mm".into()),
+                ..actuator()
+            },
+            &[&ACTUATOR, &[("spool_gain", 0.3)]],
+            vec![record()],
+        ),
+        wide("actuator, default bounds", actuator(), &[&ACTUATOR]),
+        case(
+            "linear valve, rated drop",
+            Structure::flow_bench(ValveForm::linear()),
+            &[&LINEAR],
+            vec![bench()],
+        ),
+        case(
+            "linear valve, supply measured",
+            Structure::flow_bench(with_drop(Drop::Supply)),
+            &[&LINEAR],
+            vec![bench()],
+        ),
+        case(
+            "linear valve, ports measured",
+            Structure::flow_bench(with_drop(Drop::Ports)),
+            &[&LINEAR],
+            vec![bench()],
+        ),
+        case(
+            "table valve",
+            Structure::flow_bench(ValveForm::table(&OPENINGS)),
+            &[&TABLE],
+            vec![bench(), Record::new(300, 2e-3, 100.0)],
+        ),
+        case(
+            "six orifices, supply flow",
+            Structure::flow_bench(ValveForm {
+                orifices: Orifices::Six,
+                meter: Meter::Supply,
+                ..ValveForm::linear()
+            }),
+            &[&LINEAR],
+            vec![Record::new(300, 2e-3, 10.0), bench()],
+        ),
+        laminar(case(
+            "near the laminar flow, pressure ratio",
+            Structure::flow_bench(with_drop(Drop::Ports)),
+            &[&LINEAR],
+            vec![bench().pressures_times(3e-5)],
+        )),
+        case(
+            "near the laminar flow, Reynolds number",
+            Structure::flow_bench(ValveForm {
+                transition: Transition::Reynolds,
+                ..with_drop(Drop::Ports)
+            }),
+            &[&LINEAR, &[("viscosity", 500.0)]],
+            vec![bench().pressures_times(1e-3)],
+        ),
+        case(
+            "actuator and table valve",
+            driven(
+                &[Output::Spool, Output::Flow],
+                ValveForm {
+                    drop: Drop::Ports,
+                    ..ValveForm::table(&OPENINGS)
+                },
+            ),
+            &[&ACTUATOR, &TABLE],
+            vec![record()],
+        ),
+        case(
+            "actuator and integrated position",
+            driven(&[Output::Position], ValveForm::linear()),
+            &[&ACTUATOR, &LINEAR, &position],
+            vec![short()],
+        ),
+        case(
+            "spool, flow and integrated position, interpolated",
+            Structure {
+                hold: Hold::Interpolated,
+                ..driven(&Output::ALL, with_drop(Drop::Supply))
+            },
+            &[&ACTUATOR, &LINEAR, &position],
+            vec![short()],
+        ),
+        case(
+            "direct drive and integrated position",
+            Structure {
+                observed: vec![Output::Position],
+                ..Structure::flow_bench(ValveForm::linear())
+            },
+            &[&LINEAR, &position],
+            vec![Record::new(60, 5e-3, 120.0)],
+        ),
+        case(
+            "servo position",
+            Structure {
+                observed: vec![Output::Position],
+                piston: Piston::Servo,
+                ..actuator()
+            },
+            &[&ACTUATOR],
+            vec![record()],
+        ),
+        case(
+            "records of many lengths",
+            actuator(),
+            &[&ACTUATOR],
+            vec![
+                record(),
+                Record::new(SLICE + 1000, 4e-3, 10.0),
+                Record::new(128, 4e-3, 5.0),
+                Record::new(SLICE, 2e-3, 7.0),
+                Record::new(2, 4e-3, 10.0),
+            ],
+        ),
+        wide(
+            "actuator and valve, default bounds",
+            driven(&[Output::Spool, Output::Flow], ValveForm::linear()),
+            &[&ACTUATOR, &LINEAR],
+        ),
+        Case::new("tones, paper", tones(Stream::Paper, &ACTUATOR)),
+        Case::new("tones, settled", tones(Stream::Settled, &ACTUATOR)),
+    ]
+}
+
+/// The case called `name`.
+pub(crate) fn case(name: &str) -> Case {
+    let found = cases().into_iter().find(|case| case.name == name);
+    found.unwrap_or_else(|| panic!("no case {name}"))
+}
+
+/// `count` candidates drawn inside the bounds.
+pub(crate) fn random(problem: &Problem, count: usize, seed: u64) -> Population {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let free = problem.free();
+    let mut population = Population::new(free.len());
+    for _ in 0..count {
+        let candidate: Vec<f64> = free.iter().map(|p| p.from_unit(rng.random())).collect();
+        population.push(&candidate);
+    }
+    population
+}
+
+/// `count` candidates within 10 % of the start.
+pub(crate) fn near_start(problem: &Problem, count: usize, seed: u64) -> Population {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let start = problem.start();
+    let mut population = Population::new(start.len());
+    for _ in 0..count {
+        let mut change = |value: &f64| value * (0.9 + 0.2 * rng.random::<f64>());
+        let candidate: Vec<f64> = start.iter().map(&mut change).collect();
+        population.push(&candidate);
+    }
+    population
+}
+
+/// Candidates exactly on the bounds: all low, all high, and alternating.
+pub(crate) fn on_bounds(problem: &Problem) -> Population {
+    let free = problem.free();
+    let mut population = Population::new(free.len());
+    for pattern in [0b00, 0b11, 0b01, 0b10] {
+        let end = |(i, p): (usize, &Parameter)| {
+            if pattern >> (i % 2) & 1 == 1 {
+                p.high
+            } else {
+                p.low
+            }
+        };
+        let candidate: Vec<f64> = free.iter().enumerate().map(end).collect();
+        population.push(&candidate);
+    }
+    population
+}

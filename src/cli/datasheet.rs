@@ -3,13 +3,14 @@
 use super::options::{Options, progress};
 use super::table::{self, number};
 use clap::ValueEnum;
+use servobee::diagnose::{ChannelError, Sides};
 use servobee::evaluate::problem::Stream;
 use servobee::evaluate::{Chosen, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
 use servobee::report::{
-    ChannelError, Document, ErrorPair, ParameterReport, RemainingReport, SCHEMA, Sides, Verdict,
+    Document, ErrorPair, ParameterReport, RemainingReport, SCHEMA, Verdict, not_identifiable,
 };
-use servobee::report::{OutputFolder, model_toml};
+use servobee::report::{ModelFile, OutputFolder};
 use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
 use servobee::search::{Fit, Plan, Settings, Start, fit};
 use servobee::{Error, Result};
@@ -115,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             files.push((format!("{prefix}report.json"), document.to_json()));
             files.push((
                 format!("{prefix}model.toml"),
-                model_toml(&sheet.problem, best.values()),
+                model_toml(&sheet.problem, best),
             ));
             files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
         }
@@ -315,17 +316,6 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-fn not_identifiable(fit: &Fit) -> Vec<String> {
-    let described = |(_, uncertainty): &(_, servobee::search::polish::Uncertainty)| {
-        uncertainty
-            .unidentifiable
-            .iter()
-            .map(|group| group.describe(&fit.free))
-            .collect()
-    };
-    fit.polished.as_ref().map_or(Vec::new(), described)
-}
-
 fn document(
     sheet: &Sheet,
     fit: &Fit,
@@ -369,6 +359,11 @@ fn document(
         seconds,
         warnings: sheet.notes.clone(),
     }
+}
+
+fn model_toml(problem: &Problem, fit: &Fit) -> String {
+    let values = problem.complete(fit.values(), |fixed| fixed);
+    ModelFile::to_toml(&problem.structure, &problem.parameters, &values)
 }
 
 fn points_csv(sheet: &Sheet, fit: &Fit) -> String {

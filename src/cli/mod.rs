@@ -3,6 +3,7 @@
 mod bench;
 mod datasheet;
 mod devices;
+mod identify;
 mod options;
 mod simulate;
 mod table;
@@ -20,6 +21,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Identify(identify::Arguments),
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
     Devices(devices::Arguments),
@@ -29,6 +31,7 @@ enum Command {
 /// Runs the command that the process was called with.
 pub(crate) fn run() -> Result<()> {
     match Cli::parse().command {
+        Command::Identify(arguments) => identify::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),

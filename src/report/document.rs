@@ -1,6 +1,7 @@
 //! `report.json`: its fields are a contract with the programs that read it.
 
-use crate::evaluate::problem::Problem;
+use crate::diagnose::{Identified, Sides};
+use crate::evaluate::{Chosen, Problem};
 use crate::model::Parameter;
 use crate::search::Fit;
 use serde::Serialize;
@@ -34,49 +35,6 @@ pub struct AddedEffect {
     pub error_before: f64,
     /// Held-out error after.
     pub error_after: f64,
-}
-
-/// How far the model is from one channel.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ChannelError {
-    /// Root mean square of measured − simulated, in the channel's unit.
-    pub rmse: f64,
-    /// 100 · (1 − ‖e‖ / ‖y − ȳ‖).
-    pub fit_percent: f64,
-}
-
-impl ChannelError {
-    /// The error over pairs of (measured, simulated); `None` without pairs.
-    pub fn of(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
-        let count = pairs.clone().count();
-        if count == 0 {
-            return None;
-        }
-        let mean = pairs.clone().map(|(measured, _)| measured).sum::<f64>() / count as f64;
-        let error: f64 = pairs
-            .clone()
-            .map(|(measured, simulated)| (measured - simulated).powi(2))
-            .sum();
-        let spread: f64 = pairs.map(|(measured, _)| (measured - mean).powi(2)).sum();
-        let ratio = if error == 0.0 {
-            0.0
-        } else {
-            (error / spread).sqrt()
-        };
-        Some(Self {
-            rmse: (error / count as f64).sqrt(),
-            fit_percent: 100.0 * (1.0 - ratio),
-        })
-    }
-}
-
-/// Errors by channel, on fitted and on held-out data.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Sides {
-    /// On the data that was fitted.
-    pub fit: BTreeMap<String, ChannelError>,
-    /// On data never fitted; empty where none was held out.
-    pub hold_out: BTreeMap<String, ChannelError>,
 }
 
 /// Errors of the base model and of the final one.
@@ -199,10 +157,97 @@ pub struct Document {
 }
 
 impl Document {
+    /// The document of a base model to which nothing was added.
+    pub fn of(
+        identified: &Identified,
+        chosen: &Chosen,
+        seed: u64,
+        seconds: f64,
+        mut warnings: Vec<String>,
+    ) -> Self {
+        let Identified {
+            problem,
+            fit,
+            errors,
+            noise,
+            remaining,
+            integration_error,
+            ..
+        } = identified;
+        let not_identifiable = not_identifiable(fit);
+        let parameters = ParameterReport::of(problem, fit);
+        for parameter in parameters.iter().filter(|parameter| parameter.at_bound) {
+            warnings.push(format!("{} sits on a bound of its range", parameter.name));
+        }
+        for (channel, change) in integration_error {
+            let floor = noise[channel].value;
+            if *change > floor {
+                warnings.push(format!(
+                    "halving the integration steps changes {channel} by {change:.3e}, more than its noise of {floor:.3e}"
+                ));
+            }
+        }
+        let correlates: Vec<String> = remaining
+            .iter()
+            .flat_map(|(channel, left)| {
+                left.correlates_with
+                    .iter()
+                    .map(move |(name, _)| format!("{channel} ~ {name}"))
+            })
+            .collect();
+        let structured = remaining.values().any(|left| left.structured);
+        Self {
+            schema: SCHEMA,
+            verdict: if structured {
+                Verdict::Unexplained
+            } else {
+                Verdict::None
+            },
+            effects: Vec::new(),
+            error: ErrorPair {
+                before: errors.clone(),
+                after: errors.clone(),
+            },
+            noise_floor: noise
+                .iter()
+                .map(|(channel, noise)| (channel.clone(), noise.value))
+                .collect(),
+            noise_method: noise
+                .iter()
+                .map(|(channel, noise)| (channel.clone(), noise.method.into()))
+                .collect(),
+            parameters,
+            not_identifiable,
+            remaining: RemainingReport {
+                structured,
+                correlates_with: correlates,
+            },
+            integration_error: integration_error.clone(),
+            evaluator: chosen.evaluator.describe(),
+            evaluator_reason: chosen.why.clone(),
+            seed,
+            evaluations: fit.evaluations,
+            seconds,
+            warnings,
+        }
+    }
+
     /// The document as JSON text.
     pub fn to_json(&self) -> String {
         let mut text = serde_json::to_string_pretty(self).expect("the document is plain data");
         text.push('\n');
         text
     }
+}
+
+/// In words, the parameters that the data of a polished fit do not determine.
+pub fn not_identifiable(fit: &Fit) -> Vec<String> {
+    let Some((_, uncertainty)) = &fit.polished else {
+        return Vec::new();
+    };
+    uncertainty
+        .unidentifiable
+        .iter()
+        .map(|group| group.describe(&fit.free))
+        .collect()
 }

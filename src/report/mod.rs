@@ -6,8 +6,8 @@ mod output;
 mod output_file;
 
 pub use document::{
-    AddedEffect, ChannelError, Document, ErrorPair, ParameterReport, RemainingReport, SCHEMA,
-    Sides, Verdict,
+    AddedEffect, Document, ErrorPair, ParameterReport, RemainingReport, SCHEMA, Verdict,
+    not_identifiable,
 };
 pub use model_file::ModelFile;
 pub use output::OutputFolder;

@@ -40,7 +40,10 @@ impl Sheet {
     /// points it says nothing.
     pub fn flow(curve: &FlowCurve) -> Self {
         // In the pressure line: in the load loop, areas that are all too large by the same amount would cancel.
-        let form = ValveForm { meter: Meter::Supply, ..ValveForm::table(&curve.opening) };
+        let form = ValveForm {
+            meter: Meter::Supply,
+            ..ValveForm::table(&curve.opening)
+        };
         let structure = Structure::flow_bench(form);
         let rated = curve
             .flow

@@ -1,0 +1,172 @@
+//! From records to a diagnosed model: fit, score on the hold-out, look at what is left.
+
+use super::score::{ChannelError, Compared, errors};
+use super::{Noise, Remaining, noise_floor, remaining};
+use crate::Result;
+use crate::evaluate::problem::{Data, Series};
+use crate::evaluate::{Cost, Evaluator, Problem, reference};
+use crate::model::{Output, Parameter, Structure};
+use crate::record::{HOLD_OUT, Record};
+use crate::search::{Fit, Plan, fit};
+use std::collections::BTreeMap;
+
+/// Records cut into what is fitted and what is held out.
+#[derive(Debug, Clone)]
+pub struct Measurements {
+    /// Fitted.
+    pub fit: Vec<Series>,
+    /// Never fitted. Rows of weight 0 run the simulation in.
+    pub hold_out: Vec<Series>,
+}
+
+impl Measurements {
+    /// All of `records` are fitted where there are records to hold out; otherwise the last 30 % of each are held out.
+    ///
+    /// # Errors
+    /// A record lacks a channel that the structure needs, or has it in another unit.
+    pub fn new(
+        records: &[Record],
+        hold_out: &[Record],
+        structure: &Structure,
+        rate: f64,
+    ) -> Result<Self> {
+        let series = |record: &Record| {
+            let mut series = Series::from_record(record, structure)?;
+            series.set_steps(rate, 1);
+            Ok(series)
+        };
+        let mut fit = records
+            .iter()
+            .map(series)
+            .collect::<Result<Vec<Series>>>()?;
+        if !hold_out.is_empty() {
+            let hold_out = hold_out.iter().map(series).collect::<Result<_>>()?;
+            return Ok(Self { fit, hold_out });
+        }
+        let mut held = fit.clone();
+        for ((record, fit), held) in records.iter().zip(&mut fit).zip(&mut held) {
+            let split = record.split(HOLD_OUT);
+            fit.time.truncate(split);
+            fit.samples.truncate(split);
+            for sample in &mut held.samples[..split] {
+                sample.weight = 0.0;
+            }
+        }
+        Ok(Self {
+            fit,
+            hold_out: held,
+        })
+    }
+}
+
+/// Errors on fitted and on held-out data, by channel.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Sides {
+    /// On the data that was fitted.
+    pub fit: BTreeMap<String, ChannelError>,
+    /// On data never fitted; empty where none was held out.
+    pub hold_out: BTreeMap<String, ChannelError>,
+}
+
+/// A model with what the data say of it.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// The structure, its parameters and the fitted data.
+    pub problem: Problem,
+    /// The fit.
+    pub fit: Fit,
+    /// Values of all parameters.
+    pub values: Vec<f64>,
+    /// The records.
+    pub measurements: Measurements,
+    /// Its errors.
+    pub errors: Sides,
+    /// Each observed channel's noise.
+    pub noise: BTreeMap<String, Noise>,
+    /// What each observed channel's residual on the fitted data still depends on.
+    pub remaining: BTreeMap<String, Remaining>,
+    /// Largest change of each channel when the integration steps are halved, in its unit.
+    pub integration_error: BTreeMap<String, f64>,
+}
+
+/// Fits `structure` to the measurements, and looks at the residual.
+///
+/// # Errors
+/// If the search fails: see [`fit`].
+pub fn identify(
+    structure: Structure,
+    parameters: Vec<Parameter>,
+    measurements: Measurements,
+    evaluator: &mut dyn Evaluator,
+    plan: &Plan,
+    progress: &mut dyn FnMut(usize, usize, Cost),
+) -> Result<Identified> {
+    let mut problem = Problem::new(
+        structure,
+        parameters,
+        Data::Series(measurements.fit.clone()),
+    );
+    problem.scale = Output::ALL.map(|output| 1.0 / variance(&measurements.fit, output));
+    let fit = fit(&problem, evaluator, plan, progress)?;
+    let values = problem.complete(fit.values(), |fixed| fixed);
+    let structure = &problem.structure;
+    let fitted = Compared::all(structure, &values, &measurements.fit);
+    let held = Compared::all(structure, &values, &measurements.hold_out);
+    let errors = Sides {
+        fit: errors(structure, &fitted),
+        hold_out: errors(structure, &held),
+    };
+    let mut noise = BTreeMap::new();
+    let mut left = BTreeMap::new();
+    let mut integration_error = BTreeMap::new();
+    let finer = problem.refined(2);
+    let Data::Series(finer) = &*finer.data else {
+        unreachable!("records were given")
+    };
+    let finer = reference::trajectories(structure, &values, finer);
+    for &output in &structure.observed {
+        let rows: Vec<(f64, f64, f64)> = fitted
+            .iter()
+            .flat_map(|compared| compared.rows(output))
+            .collect();
+        let command: Vec<f64> = rows.iter().map(|row| row.0).collect();
+        let measured: Vec<f64> = rows.iter().map(|row| row.1).collect();
+        let residual: Vec<f64> = rows.iter().map(|row| row.1 - row.2).collect();
+        let name = output.name().to_owned();
+        noise.insert(name.clone(), noise_floor(&command, &measured, &residual));
+        left.insert(name.clone(), remaining(&command, &residual, plan.seed));
+        let pairs = fitted
+            .iter()
+            .flat_map(|compared| &compared.simulated)
+            .zip(finer.iter().flatten());
+        let change = pairs
+            .map(|(a, b)| (a[output as usize] - b[output as usize]).abs())
+            .fold(0.0, f64::max);
+        integration_error.insert(name, change);
+    }
+    drop((fitted, held));
+    Ok(Identified {
+        errors,
+        noise,
+        remaining: left,
+        integration_error,
+        values,
+        fit,
+        measurements,
+        problem,
+    })
+}
+
+/// Variance of an output over all records; 1 where it does not vary.
+fn variance(records: &[Series], output: Output) -> f64 {
+    let values = || {
+        records
+            .iter()
+            .flat_map(|record| &record.samples)
+            .map(|sample| sample.target[output as usize])
+    };
+    let count = values().count() as f64;
+    let mean = values().sum::<f64>() / count;
+    let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+    if variance > 0.0 { variance } else { 1.0 }
+}

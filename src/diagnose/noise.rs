@@ -3,7 +3,7 @@
 /// Rows in a window that is looked at for quiet.
 const WINDOW: usize = 128;
 /// A window is quiet if the command moves by less than this fraction of its range over the record.
-const QUIET: f64 = 0.01;
+const QUIET: f64 = 0.025;
 /// As many windows must be quiet, one after another, before their noise is believed: the first of a run still settles.
 const SETTLING: usize = 2;
 

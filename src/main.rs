@@ -5,11 +5,22 @@ mod cli;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    quiet_device_selection();
     match cli::run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("servobee: {error}");
             ExitCode::from(error.exit_code())
         }
+    }
+}
+
+/// Without a desktop session, Mesa's layer that picks the desktop's GPU has nothing to ask and complains on stderr about
+/// every adapter.
+fn quiet_device_selection() {
+    let unset = |name| std::env::var_os(name).is_none();
+    if unset("XDG_RUNTIME_DIR") && unset("MESA_VK_DEVICE_SELECT") {
+        // SAFETY: no other thread runs yet that could read the environment.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
     }
 }

@@ -1,11 +1,283 @@
 //! `servobee bench`.
 
-use servobee::Result;
+use super::table;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use servobee::evaluate::gpu::{self, Checks, GpuEvaluator};
+use servobee::evaluate::{
+    Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status, workload,
+};
+use servobee::{Error, Result};
+use std::time::{Duration, Instant};
 
-/// TODO
+/// Population sizes that are timed.
+const SIZES: [usize; 7] = [64, 256, 1024, 4096, 16_384, 65_536, 262_144];
+/// Candidates that all evaluators must agree about before any is timed.
+const CHECKED: usize = 1024;
+/// Largest relative difference of a cost in f32 from that in f64.
+const TOLERANCE: f64 = 1e-4;
+/// Runs of one size at most, so that time is left for the larger ones.
+const MOST_RUNS: usize = 7;
+
+/// Measures how fast this machine's CPU and GPUs integrate candidates
+///
+/// Every evaluator first has to agree with the CPU in f64 on 1024 candidates. Then populations of 64 to 262144
+/// candidates of the base model are timed, as often as the time allows, and the median counts. A size that would not
+/// fit into the time is left out.
 #[derive(clap::Args)]
-pub(super) struct Arguments {}
+#[command(after_help = "Examples:
+  servobee bench
+  servobee bench --evaluator gpu --seconds 60 --json > bench.json")]
+pub(super) struct Arguments {
+    /// What to measure; a GPU may also be one in software
+    #[arg(long, value_enum, default_value = "all")]
+    evaluator: Which,
+    /// Time for the whole of it, about
+    #[arg(long, default_value_t = 30.0, value_name = "S", value_parser = seconds)]
+    seconds: f64,
+    /// Samples of the record at 1 kHz, from 100 to 1000000
+    #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    samples: u32,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
 
-pub(super) fn run(_: &Arguments) -> Result<()> {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Which {
+    All,
+    Cpu,
+    Gpu,
+}
+
+fn seconds(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 86_400.0 => Ok(value),
+        _ => Err("a number of seconds above 0, at most a day".into()),
+    }
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    samples: u32,
+    steps_per_candidate: u64,
+    evaluators: Vec<Measured>,
+}
+
+/// One evaluator's results.
+#[derive(Serialize)]
+struct Measured {
+    name: String,
+    on_gpu: bool,
+    /// Largest relative difference from the costs of the CPU in f64.
+    disagreement: f64,
+    results: Vec<Timing>,
+}
+
+#[derive(Serialize)]
+struct Timing {
+    population: usize,
+    runs: usize,
+    /// Median of the runs.
+    seconds: f64,
+    candidate_steps_per_second: f64,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let mut evaluators = evaluators(arguments.evaluator)?;
+    let problem = workload::actuator(arguments.samples as usize);
+    let steps_per_candidate = problem.steps();
+    let few = workload::population(&problem, CHECKED);
+    let reference = CpuEvaluator::new(Precision::F64).costs(&problem, &few)?;
+    // Hidden by itself where stderr is no terminal.
+    let bar = ProgressBar::new((evaluators.len() * SIZES.len()) as u64).with_style(style());
+    let share = Duration::from_secs_f64(arguments.seconds / evaluators.len() as f64);
+    let mut measured = Vec::new();
+    for (on_gpu, evaluator) in &mut evaluators {
+        let name = evaluator.describe();
+        bar.set_message(name.clone());
+        let costs = evaluator.costs(&problem, &few)?;
+        let disagreement = disagreement(&name, &costs, &reference)?;
+        let results = measure(&mut **evaluator, &problem, share, &bar)?;
+        measured.push(Measured {
+            name,
+            on_gpu: *on_gpu,
+            disagreement,
+            results,
+        });
+    }
+    bar.finish_and_clear();
+    let report = Report {
+        schema: "servobee/bench/1",
+        samples: arguments.samples,
+        steps_per_candidate,
+        evaluators: measured,
+    };
+    if arguments.json {
+        let text = serde_json::to_string_pretty(&report).expect("a report is JSON");
+        println!("{text}");
+    } else {
+        print(&report);
+    }
     Ok(())
+}
+
+fn style() -> ProgressStyle {
+    ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("a template that parses")
+}
+
+/// The evaluators to measure, and whether each is a GPU.
+fn evaluators(which: Which) -> Result<Vec<(bool, Box<dyn Evaluator>)>> {
+    let mut list: Vec<(bool, Box<dyn Evaluator>)> = Vec::new();
+    if which != Which::Gpu {
+        for precision in [Precision::F64, Precision::F32] {
+            list.push((false, Box::new(CpuEvaluator::new(precision))));
+        }
+    }
+    if which != Which::Cpu {
+        for adapter in gpu::adapters() {
+            list.push((true, Box::new(GpuEvaluator::new(&adapter, Checks::Off)?)));
+        }
+    }
+    if list.is_empty() {
+        return Err(gpu::none_found());
+    }
+    Ok(list)
+}
+
+/// The largest relative difference between two lists of costs.
+///
+/// # Errors
+/// It is above [`TOLERANCE`], or a candidate diverged in one list alone.
+fn disagreement(name: &str, costs: &[Cost], reference: &[Cost]) -> Result<f64> {
+    let largest = costs
+        .iter()
+        .zip(reference)
+        .map(|(cost, expected)| match (cost.status, expected.status) {
+            (Status::Finished, Status::Finished) => (cost.value / expected.value - 1.0).abs(),
+            (one, other) if one == other => 0.0,
+            _ => f64::INFINITY,
+        })
+        .fold(0.0, f64::max);
+    if largest <= TOLERANCE {
+        return Ok(largest);
+    }
+    Err(Error::failed(
+        format!("{name} computes costs that differ from the CPU's in f64 by {largest:.1e} of them"),
+        "update its driver, and do not use it until then",
+    ))
+}
+
+/// Times all sizes within about `share`: an equal part of what is left for each size.
+fn measure(
+    evaluator: &mut dyn Evaluator,
+    problem: &Problem,
+    share: Duration,
+    bar: &ProgressBar,
+) -> Result<Vec<Timing>> {
+    let start = Instant::now();
+    let largest = workload::population(problem, SIZES[SIZES.len() - 1]);
+    let mut results: Vec<Timing> = Vec::new();
+    for (i, size) in SIZES.into_iter().enumerate() {
+        let left = share.saturating_sub(start.elapsed());
+        let expected = results.last().map_or(0.0, |last| {
+            last.seconds * size as f64 / last.population as f64
+        });
+        if expected > left.as_secs_f64() {
+            break;
+        }
+        let mut population = Population::new(largest.dimension());
+        largest
+            .iter()
+            .take(size)
+            .for_each(|candidate| population.push(candidate));
+        let budget = left / (SIZES.len() - i) as u32;
+        results.push(time(evaluator, problem, &population, budget)?);
+        bar.inc(1);
+    }
+    Ok(results)
+}
+
+/// The median of as many runs as `budget` allows, one at least.
+fn time(
+    evaluator: &mut dyn Evaluator,
+    problem: &Problem,
+    population: &Population,
+    budget: Duration,
+) -> Result<Timing> {
+    let start = Instant::now();
+    let mut runs = Vec::new();
+    while runs.is_empty() || (runs.len() < MOST_RUNS && start.elapsed() < budget) {
+        let start = Instant::now();
+        evaluator.costs(problem, population)?;
+        runs.push(start.elapsed().as_secs_f64());
+    }
+    runs.sort_by(f64::total_cmp);
+    let seconds = runs[runs.len() / 2];
+    let steps = problem.steps() as f64 * population.len() as f64;
+    Ok(Timing {
+        population: population.len(),
+        runs: runs.len(),
+        seconds,
+        candidate_steps_per_second: steps / seconds,
+    })
+}
+
+fn print(report: &Report) {
+    println!(
+        "Million candidate-steps per second; base model, {} samples, {} steps per candidate.\n",
+        report.samples, report.steps_per_candidate
+    );
+    for (i, measured) in report.evaluators.iter().enumerate() {
+        let (number, name, difference) = (i + 1, &measured.name, measured.disagreement);
+        println!("[{number}] {name}, costs within {difference:.1e} of the CPU's in f64");
+    }
+    println!();
+    let rate = |measured: &Measured, size: usize| {
+        let timing = measured.results.iter().find(|r| r.population == size)?;
+        Some(timing.candidate_steps_per_second / 1e6)
+    };
+    let best = |on_gpu, size: usize| {
+        let own = report.evaluators.iter().filter(|m| m.on_gpu == on_gpu);
+        own.filter_map(|measured| rate(measured, size))
+            .reduce(f64::max)
+    };
+    let number = |value: Option<f64>, decimals| {
+        value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+    };
+    let numbers = 1..=report.evaluators.len();
+    let mut head = vec!["population".to_string()];
+    head.extend(numbers.map(|i| format!("[{i}]")));
+    head.push("GPU/CPU".into());
+    let row = |size: usize| {
+        let rates = report.evaluators.iter().map(|m| number(rate(m, size), 0));
+        let ratio = best(true, size)
+            .zip(best(false, size))
+            .map(|(gpu, cpu)| gpu / cpu);
+        let mut row = vec![size.to_string()];
+        row.extend(rates);
+        row.push(number(ratio, 2));
+        row
+    };
+    println!("{}", table([head].into_iter().chain(SIZES.map(row))));
+    println!("\nGPU/CPU: the fastest GPU over the fastest on the CPU. -: not measured.");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn costs_that_differ_are_refused() {
+        let costs = |factor: f64| [1.0, 7.0].map(|value| Cost::finished(value * factor));
+        assert_eq!(disagreement("x", &costs(1.0), &costs(1.0)).unwrap(), 0.0);
+        assert!(disagreement("x", &costs(1.00002), &costs(1.0)).unwrap() > 1e-5);
+        let error = disagreement("x", &costs(1.0002), &costs(1.0)).unwrap_err();
+        assert_eq!(error.exit_code(), 1);
+        let diverged = [Cost::finished(1.0), Cost::DIVERGED];
+        assert!(disagreement("x", &diverged, &costs(1.0)).is_err());
+        assert!(disagreement("x", &diverged, &diverged).is_ok());
+    }
 }

@@ -1,11 +1,75 @@
 //! `servobee devices`.
 
+use super::table;
 use servobee::Result;
+use servobee::evaluate::{Choice, CpuEvaluator, Evaluator, Precision, choose, gpu};
 
-/// TODO
+/// Lists what this machine can evaluate populations on, and which of it is used
 #[derive(clap::Args)]
+#[command(after_help = "Examples:
+  servobee devices
+  WGPU_BACKEND=vulkan servobee devices")]
 pub(super) struct Arguments {}
 
 pub(super) fn run(_: &Arguments) -> Result<()> {
+    println!("{}\n", CpuEvaluator::new(Precision::F64).describe());
+    let adapters = gpu::adapters();
+    if adapters.is_empty() {
+        println!(
+            "No GPU adapter. For a GPU install its maker's Vulkan driver; without one, \
+             mesa-vulkan-drivers (Debian, Ubuntu, Fedora) or vulkan-swrast (Arch) computes in software.\n"
+        );
+    } else {
+        let heads = [
+            "adapter",
+            "backend",
+            "kind",
+            "driver",
+            "largest buffer",
+            "largest storage binding",
+            "invocations a workgroup",
+            "subgroup size",
+            "timestamp queries",
+        ];
+        // One column an adapter: names and drivers are too long for one line each.
+        let columns: Vec<[String; 9]> = adapters.iter().map(properties).collect();
+        let row = |(i, head): (usize, &&str)| {
+            let cells = columns.iter().map(|column| column[i].clone());
+            std::iter::once(head.to_string()).chain(cells).collect()
+        };
+        let table = table(heads.iter().enumerate().map(row));
+        println!("{table}\n");
+    }
+    let chosen = choose(Choice::Auto)?;
+    println!(
+        "--evaluator auto uses {}: {}",
+        chosen.evaluator.describe(),
+        chosen.why
+    );
     Ok(())
+}
+
+fn properties(adapter: &wgpu::Adapter) -> [String; 9] {
+    let (info, limits) = (adapter.get_info(), adapter.limits());
+    let timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+    let (low, high) = (info.subgroup_min_size, info.subgroup_max_size);
+    [
+        info.name.clone(),
+        info.backend.to_string(),
+        gpu::kind(&info).into(),
+        format!("{} {}", info.driver, info.driver_info),
+        mebibytes(limits.max_buffer_size),
+        mebibytes(limits.max_storage_buffer_binding_size),
+        limits.max_compute_invocations_per_workgroup.to_string(),
+        if low == high {
+            low.to_string()
+        } else {
+            format!("{low} to {high}")
+        },
+        if timestamps { "yes" } else { "no" }.into(),
+    ]
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{} MiB", bytes >> 20)
 }

@@ -2,7 +2,7 @@
 
 use super::gpu::{self, Checks, GpuEvaluator};
 use super::{CpuEvaluator, Evaluator, Precision};
-use crate::{Error, Result};
+use crate::Result;
 use std::str::FromStr;
 
 /// What the user asks for.
@@ -61,10 +61,7 @@ pub fn choose(choice: Choice) -> Result<Chosen> {
                 why: "asked for".into(),
             })
         }
-        (Choice::Gpu, None) => Err(Error::failed(
-            "--evaluator gpu, but this machine shows no GPU adapter",
-            "install a Vulkan driver (mesa-vulkan-drivers is one in software), or use --evaluator cpu",
-        )),
+        (Choice::Gpu, None) => Err(gpu::none_found()),
         (_, Some(adapter)) if !gpu::is_software(adapter) => {
             match GpuEvaluator::new(adapter, Checks::Off) {
                 Ok(evaluator) => Ok(Chosen {

@@ -89,6 +89,14 @@ pub fn adapters() -> Vec<wgpu::Adapter> {
     pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
 }
 
+/// The error that a GPU is asked for and there is no adapter.
+pub fn none_found() -> Error {
+    Error::failed(
+        "--evaluator gpu, but this machine shows no GPU adapter",
+        "install a Vulkan driver (mesa-vulkan-drivers is one in software), or use --evaluator cpu",
+    )
+}
+
 /// Whether an adapter is software on the CPU, such as lavapipe.
 pub fn is_software(adapter: &wgpu::Adapter) -> bool {
     adapter.get_info().device_type == wgpu::DeviceType::Cpu
@@ -629,17 +637,25 @@ impl Evaluator for GpuEvaluator {
     }
 }
 
-/// An adapter in words: name, backend, kind, driver.
-pub fn describe(info: &wgpu::AdapterInfo) -> String {
-    let kind = match info.device_type {
+/// What kind of device an adapter is, in words.
+pub fn kind(info: &wgpu::AdapterInfo) -> &'static str {
+    match info.device_type {
         wgpu::DeviceType::DiscreteGpu => "discrete GPU",
         wgpu::DeviceType::IntegratedGpu => "integrated GPU",
         wgpu::DeviceType::VirtualGpu => "virtual GPU",
         wgpu::DeviceType::Cpu => "software on the CPU",
         wgpu::DeviceType::Other => "other",
-    };
+    }
+}
+
+/// An adapter in words: name, backend, kind, driver.
+pub fn describe(info: &wgpu::AdapterInfo) -> String {
     format!(
-        "{} ({}, {kind}, {} {})",
-        info.name, info.backend, info.driver, info.driver_info
+        "{} ({}, {}, {} {})",
+        info.name,
+        info.backend,
+        kind(info),
+        info.driver,
+        info.driver_info
     )
 }

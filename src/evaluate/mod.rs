@@ -7,15 +7,18 @@ pub mod gpu;
 mod population;
 pub mod problem;
 pub mod reference;
+mod score;
 mod series;
 pub mod simulate;
 pub mod wgsl;
+pub mod workload;
 
 pub use base::{parameters_for, structure_for};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use population::{Cost, Population, Status};
 pub use problem::Problem;
+pub use score::Score;
 
 use crate::Result;
 

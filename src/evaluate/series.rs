@@ -101,9 +101,8 @@ fn check_units(record: &Record, structure: &Structure) -> Result<()> {
         _ => Ok(()),
     };
     check(Channel::Command, &structure.command_unit)?;
-    if structure.observes(Output::Spool) {
-        let unit = structure.spool_unit.as_ref();
-        check(Channel::Spool, unit.unwrap_or(&structure.command_unit))?;
+    for &output in &structure.observed {
+        check(output.into(), structure.unit(output))?;
     }
     if structure.observes(Output::Position) && structure.piston == Piston::Servo {
         check(Channel::Position, &structure.command_unit)?;

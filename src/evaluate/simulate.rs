@@ -66,6 +66,28 @@ fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 5] {
     input
 }
 
+/// The outputs at every row of `record`, in `f64`, in the order of [`crate::model::Output::ALL`]. `values` are those of
+/// all parameters. What has diverged is not finite.
+pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f64; 3]> {
+    fn run<R: Real, const N: usize>(
+        structure: &Structure,
+        values: &[R],
+        record: &Series,
+    ) -> Vec<[R; 3]> {
+        let plant = Plant::new(structure, values);
+        let mut rows = Vec::with_capacity(record.samples.len());
+        series::<R, N>(structure, &plant, record, |_, _, outputs| {
+            rows.push(outputs);
+            true
+        });
+        rows
+    }
+    with_states!(
+        structure.states().len(),
+        run::<f64>(structure, values, record)
+    )
+}
+
 /// Sums weighted squared errors of each output over a record: `slice_done` gets the sums of every slice of [`SLICE`]
 /// rows. After every chunk `diverged` looks at the state, and ends the simulation by returning true.
 #[inline(always)]

@@ -134,6 +134,15 @@ impl Structure {
         self.observed.contains(&output)
     }
 
+    /// The unit of `output`.
+    pub fn unit(&self, output: Output) -> &str {
+        match output {
+            Output::Spool => self.spool_unit.as_ref().unwrap_or(&self.command_unit),
+            Output::Flow => "L/min",
+            Output::Position => "mm",
+        }
+    }
+
     /// Whether an observed output follows from the flow of a valve.
     pub fn needs_valve(&self) -> bool {
         self.observes(Output::Flow) || self.integrates_position()

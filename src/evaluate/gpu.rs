@@ -80,6 +80,12 @@ pub mod layout {
         /// Periods that are correlated.
         pub measure: u32,
     }
+
+    // The sizes that the shader's arrays step by.
+    const _: () = assert!(size_of::<Work>() == 16);
+    const _: () = assert!(size_of::<Sample>() == 48);
+    const _: () = assert!(size_of::<Series>() == 8);
+    const _: () = assert!(size_of::<Tone>() == 24);
 }
 
 /// The adapters of this machine, in wgpu's order.

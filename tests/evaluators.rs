@@ -1,0 +1,213 @@
+//! What a cost is, and that it depends on nothing but the problem and the candidate.
+
+mod common;
+
+use common::{Case, case, cases, random};
+use servobee::evaluate::problem::{Data, Sample, Series};
+use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status};
+use servobee::model::{Drive, Initial, Parameter, Structure};
+use std::collections::HashSet;
+
+fn costs(problem: &Problem, population: &Population) -> Vec<Cost> {
+    let costs = CpuEvaluator::new(Precision::F64).costs(problem, population);
+    costs.expect("costs from the CPU")
+}
+
+fn bits(costs: &[Cost]) -> Vec<u64> {
+    costs.iter().map(|cost| cost.value.to_bits()).collect()
+}
+
+/// A record of two rows, a second apart, one integration step between them.
+fn two_rows(
+    structure: Structure,
+    parameters: Vec<Parameter>,
+    rows: [(f64, f64, f64); 2],
+) -> Problem {
+    let sample = |(command, spool, weight)| Sample {
+        step: 1.0,
+        substeps: 1,
+        input: [command, 0.0, 0.0, 0.0, 0.0],
+        target: [spool, 0.0, 0.0],
+        weight,
+    };
+    let series = Series {
+        name: "by hand".into(),
+        time: vec![0.0, 1.0],
+        samples: rows.map(sample).to_vec(),
+    };
+    Problem::new(structure, parameters, Data::Series(vec![series]))
+}
+
+#[test]
+fn a_cost_by_hand() {
+    let structure = Structure {
+        initial: Initial::Rest,
+        ..Structure::actuator(10.0, "V")
+    };
+    let parameters = structure.parameters();
+    let mut problem = two_rows(structure, parameters, [(1.0, 2.0, 0.25), (7.0, 1.0, 3.0)]);
+    // K = T = 1 and u = 1 from rest: x'' = 1, x''' = -1, x'''' = 0 at the start, and Runge-Kutta's step of 1 s is the
+    // Taylor series to fourth order: x = 1/2 - 1/6 = 1/3. The command of the last row does not act any more.
+    let hand = 0.25 * 2.0f64.powi(2) + 3.0 * (1.0 - 1.0 / 3.0f64).powi(2);
+    let candidate = Population::single(&[1.0, 1.0, 10.0]);
+    assert!((costs(&problem, &candidate)[0].value - hand).abs() < 1e-14);
+    problem.scale = [4.0, 100.0, 100.0];
+    assert!((costs(&problem, &candidate)[0].value - 4.0 * hand).abs() < 1e-13);
+}
+
+#[test]
+fn saturation_limits_the_step_by_hand() {
+    let structure = Structure {
+        initial: Initial::Rest,
+        ..Structure::actuator(10.0, "V")
+    };
+    let parameters = structure.parameters();
+    let problem = two_rows(structure, parameters, [(8.0, 0.0, 1.0), (8.0, 0.0, 1.0)]);
+    // z = K S t, so x'' = K S - x': with K = T = 1 and S = 1/2, x = (1/2 - 1/6 + 1/24) / 2 after 1 s.
+    let x: f64 = (0.5 - 1.0 / 6.0 + 1.0 / 24.0) / 2.0;
+    let cost = costs(&problem, &Population::single(&[1.0, 1.0, 0.5]))[0];
+    assert!((cost.value - x * x).abs() < 1e-15);
+}
+
+#[test]
+fn a_spool_that_follows_at_once_needs_no_state() {
+    let structure = Structure {
+        drive: Drive::Direct,
+        spool_unit: Some("mm".into()),
+        ..Structure::actuator(10.0, "V")
+    };
+    let parameters = structure.parameters();
+    let problem = two_rows(structure, parameters, [(2.0, 1.5, 1.0), (-4.0, -1.0, 2.0)]);
+    let cost = costs(&problem, &Population::single(&[0.5]))[0];
+    assert_eq!(cost.value, 0.5 * 0.5 + 2.0 * 1.0);
+}
+
+#[test]
+fn a_row_of_weight_zero_does_not_count() {
+    let Case { problem, .. } = case("actuator, held");
+    let population = random(&problem, 5, 1);
+    let with_targets = |target: f64| {
+        let mut changed = problem.clone();
+        let Data::Series(mut all) = (*problem.data).clone() else {
+            unreachable!("a record")
+        };
+        let mut silent = 0;
+        for sample in all.iter_mut().flat_map(|one| &mut one.samples) {
+            if sample.weight == 0.0 {
+                sample.target[0] = target;
+                silent += 1;
+            }
+        }
+        assert!(silent > 0);
+        changed.data = Data::Series(all).into();
+        costs(&changed, &population)
+    };
+    assert_eq!(bits(&with_targets(0.0)), bits(&with_targets(1000.0)));
+}
+
+#[test]
+fn twice_the_weight_is_twice_the_cost() {
+    for name in ["actuator, held", "tones, settled"] {
+        let Case { problem, .. } = case(name);
+        let mut double = problem.clone();
+        let mut data = (*problem.data).clone();
+        match &mut data {
+            Data::Series(all) => all
+                .iter_mut()
+                .flat_map(|one| &mut one.samples)
+                .for_each(|sample| sample.weight *= 2.0),
+            Data::Tones(tones) => tones.iter_mut().for_each(|tone| tone.weight *= 2.0),
+        }
+        double.data = data.into();
+        let population = random(&problem, 5, 1);
+        for (one, two) in costs(&problem, &population)
+            .iter()
+            .zip(costs(&double, &population))
+        {
+            assert_eq!(2.0 * one.value, two.value, "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_cost_of_the_start_is_what_its_targets_were_made_for() {
+    for case in cases() {
+        let start = Population::single(&case.problem.start());
+        let cost = costs(&case.problem, &start)[0].value;
+        assert!((cost - 1.0).abs() < 1e-9, "{}: {cost}", case.name);
+    }
+}
+
+#[test]
+fn costs_depend_neither_on_the_run_nor_on_the_threads_nor_on_the_neighbours() {
+    for name in ["actuator, held", "actuator and table valve", "tones, paper"] {
+        let Case { problem, .. } = case(name);
+        for precision in [Precision::F32, Precision::F64] {
+            // More than a batch of lanes, and not a multiple of it.
+            let population = random(&problem, 203, 1);
+            let of = |population: &Population| {
+                let costs = CpuEvaluator::new(precision).costs(&problem, population);
+                bits(&costs.expect("costs from the CPU"))
+            };
+            let reference = of(&population);
+            assert_eq!(reference.len(), 203);
+            assert_eq!(
+                reference.iter().collect::<HashSet<_>>().len(),
+                203,
+                "{name}: costs in a wrong order would not show"
+            );
+            assert_eq!(of(&population), reference);
+            for threads in [1, 3, 8] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+                let costs = pool.expect("a thread pool").install(|| of(&population));
+                assert_eq!(costs, reference, "{name} on {threads} threads");
+            }
+            for (candidate, &cost) in population.iter().zip(&reference) {
+                assert_eq!(of(&Population::single(candidate)), [cost], "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn costs_are_ordered_and_diverged_ones_come_last() {
+    let finished = Cost::finished;
+    let mut costs = [
+        finished(f64::NAN),
+        finished(f64::MAX),
+        finished(0.0),
+        Cost::DIVERGED,
+        finished(3.0),
+        finished(f64::INFINITY),
+        finished(-1.0),
+    ];
+    costs.sort();
+    let values: Vec<f64> = costs[..4].iter().map(|cost| cost.value).collect();
+    assert_eq!(values, [-1.0, 0.0, 3.0, f64::MAX]);
+    for cost in &costs[4..] {
+        assert_eq!((cost.status, cost.value), (Status::Diverged, f64::INFINITY));
+    }
+    assert_eq!(finished(2.0), finished(2.0));
+    assert!(finished(f64::MAX) < Cost::DIVERGED);
+}
+
+#[test]
+fn a_problem_without_free_parameters_has_a_cost() {
+    let Case { mut problem, .. } = case("actuator, held");
+    let searched = costs(&problem, &Population::single(&problem.start()));
+    problem.parameters.iter_mut().for_each(|p| p.fixed = true);
+    let mut population = Population::new(0);
+    assert!(population.is_empty());
+    population.push(&[]);
+    population.push(&[]);
+    assert_eq!((population.len(), population.iter().len()), (2, 2));
+    let fixed = costs(&problem, &population);
+    assert_eq!(bits(&fixed), [searched[0].value.to_bits(); 2]);
+}
+
+#[test]
+fn an_empty_population_has_no_costs() {
+    for case in cases() {
+        assert!(costs(&case.problem, &random(&case.problem, 0, 1)).is_empty());
+    }
+}

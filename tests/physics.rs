@@ -1,0 +1,495 @@
+//! The model against solutions that an independent integrator made from the equations alone (tests/golden), and the
+//! readings of the model against each other.
+
+mod common;
+mod golden;
+
+use common::{Record, cases, near_start, outputs, problem, random};
+use golden::Golden;
+use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
+use servobee::evaluate::simulate::{response, series, squares};
+use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, Problem};
+use servobee::model::orifice::{Orifice, Transition};
+use servobee::model::real::Dual;
+use servobee::model::valve::{Drop, OrificeFlows, Orifices, Pressures, Valve, ValveForm};
+use servobee::model::{Hold, Initial, Output, Plant, Structure};
+
+/// The fastest rate inside the default bounds.
+fn default_rate() -> f64 {
+    let structure = Structure::actuator(10.0, "V");
+    structure.fastest_rate(&structure.parameters())
+}
+
+/// The slowest rate that the step rule may use for an actuator: its own.
+fn own_rate([gain, time_constant, _]: [f64; 3]) -> f64 {
+    (1.0 / time_constant).max((gain / time_constant).sqrt())
+}
+
+fn record(time: Vec<f64>, command: &[f64]) -> Series {
+    let sample = |&command: &f64| Sample {
+        input: [command, 0.0, 0.0, 0.0, 0.0],
+        ..Sample::default()
+    };
+    Series {
+        name: "golden".into(),
+        time,
+        samples: command.iter().map(sample).collect(),
+    }
+}
+
+/// The largest deviation as a share of the largest reference value.
+fn error(simulated: impl IntoIterator<Item = f64>, reference: &[f64]) -> f64 {
+    let top = reference.iter().fold(0.0, |top: f64, v| top.max(v.abs()));
+    let pairs = simulated.into_iter().zip(reference);
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / top
+}
+
+/// Errors in a few characters.
+fn text(errors: &[f64]) -> String {
+    errors.iter().map(|error| format!("{error:.1e} ")).collect()
+}
+
+/// How many times finer the steps get in a convergence study.
+const REFINED: [u32; 4] = [1, 4, 16, 64];
+
+/// The order at which the errors of [`REFINED`] fall, from the first to the last of them.
+fn order(errors: &[f64]) -> f64 {
+    (errors[0] / errors[errors.len() - 1]).log2() / (2 * (errors.len() - 1)) as f64
+}
+
+#[test]
+fn actuator_follows_the_independent_solutions() {
+    // Errors at default steps: measured at up to 2e-5 of full scale. Where the command runs through the saturation in a
+    // few steps (jumps of 9 V in 4 ms, interpolated), it is 1.4e-3.
+    for (name, limit, least_order) in [
+        ("linear", 1e-8, 3.8),
+        ("linear_overdamped", 1e-8, 3.8),
+        ("step_origin", 3e-5, 1.5),
+        ("step_paper", 3e-5, 1.5),
+        ("step_saturated", 3e-5, 1.5),
+        ("random_held", 3e-5, 1.5),
+        ("triangle", 3e-5, 1.5),
+        ("chirp", 3e-5, 1.5),
+        ("uneven_held", 3e-5, 1.5),
+        ("uneven_interpolated", 2e-3, 1.5),
+    ] {
+        let golden = Golden::read(&format!("actuator_{name}"));
+        let values = ["K", "T", "S"].map(|key| golden.number(key));
+        let structure = Structure {
+            hold: match golden.word("input") {
+                "held" => Hold::Held,
+                _ => Hold::Interpolated,
+            },
+            initial: match golden.word("start") {
+                "rest" => Initial::Rest,
+                _ => Initial::Equilibrium,
+            },
+            ..Structure::actuator(10.0, "V")
+        };
+        let mut record = record(golden.column("time [s]"), &golden.column("command [V]"));
+        let reference = golden.column("spool [V]");
+        let mut error_at = |rate: f64, refine: u32| {
+            record.set_steps(rate, refine);
+            let rows = outputs(&structure, &values, &record);
+            error(rows.iter().map(|row| row[0]), &reference)
+        };
+        let default = error_at(default_rate(), 1);
+        let coarse = REFINED.map(|refine| error_at(own_rate(values), refine));
+        // The smooth ones soon reach the last of the golden files' twelve digits. With kinks, the error jumps about with
+        // the instants inside their steps at which the saturation begins and ends, so that neighbours tell little.
+        let order = order(if least_order > 3.0 {
+            &coarse[..2]
+        } else {
+            &coarse
+        });
+        println!(
+            "{name:20} default steps {default:.1e}; coarsest, 4, 16, 64 times finer {}order {order:.1}",
+            text(&coarse)
+        );
+        assert!(default < limit, "{name}: {default:.1e}");
+        assert!(order > least_order, "{name}: order {order:.2}");
+    }
+}
+
+#[test]
+fn the_way_out_of_saturation_is_the_closed_form() {
+    let golden = Golden::read("kinks");
+    let structure = Structure {
+        initial: Initial::Rest,
+        ..Structure::actuator(10.0, "V")
+    };
+    for (number, case) in golden.cases() {
+        let values = ["K", "T", "S"].map(|key| case.number(key));
+        let rows = golden.rows_where("case", &number);
+        let mut record = record(rows.column("time [s]"), &rows.column("command [V]"));
+        let (spool, integrator) = (rows.column("spool [V]"), rows.column("z [V]"));
+        let plant = Plant::new(&structure, &values);
+        let mut error_at = |rate: f64, refine: u32| {
+            record.set_steps(rate, refine);
+            let mut states = Vec::new();
+            series::<f64, 2>(&structure, &plant, &record, |_, state, _| {
+                states.push([state[0], state[1]]);
+                true
+            });
+            let of = |i: usize, reference: &[f64]| error(states.iter().map(|s| s[i]), reference);
+            of(0, &integrator).max(of(1, &spool))
+        };
+        let default = error_at(default_rate(), 1);
+        let coarse = REFINED.map(|refine| error_at(own_rate(values), refine));
+        let order = order(&coarse);
+        println!(
+            "case {number}: default steps {default:.1e}; coarsest, 4, 16, 64 times finer {}order {order:.1}",
+            text(&coarse)
+        );
+        assert!(default < 3e-5, "case {number}: {default:.1e}");
+        assert!(order > 1.7, "case {number}: order {order:.2}");
+    }
+}
+
+#[test]
+fn orifice_flow_is_exact_in_both_transitions() {
+    let mut worst = 0.0f64;
+    for row in Golden::read("orifice").rows() {
+        let orifice = Orifice::new(transition(row.word("form")), 0.7, 850.0, 18e-6);
+        let average = row.number("average_pressure [bar]");
+        let drop = row.number("pressure_drop [bar]");
+        let port = |share: f64| (average + share * drop) * 1e5;
+        let area = row.number("area [cm2]") * 1e-4;
+        let flow = orifice.flow(area, port(0.5), port(-0.5)) * 6e4;
+        let reference = row.number("flow [L/min]");
+        if drop == 0.0 {
+            assert_eq!((flow, reference), (0.0, 0.0));
+            continue;
+        }
+        // The golden digits, and what a small drop loses as the difference of two large pressures.
+        let allowed = 1e-11 + 4e-16 * (average / drop).abs();
+        let relative = (flow / reference - 1.0).abs();
+        worst = worst.max(relative / allowed);
+        assert!(
+            relative < allowed,
+            "{relative:.1e} at {average} bar, drop {drop} bar"
+        );
+    }
+    println!("largest share of the allowed error: {worst:.2}");
+}
+
+fn transition(form: &str) -> Transition {
+    match form {
+        "ratio" => Transition::PressureRatio,
+        _ => Transition::Reynolds,
+    }
+}
+
+/// The paper's D675 areas, cm², at equal openings.
+const D675: [f64; 20] = [
+    0.0, 0.0, 0.0, 0.6983, 1.1992, 1.6193, 2.1000, 2.6000, 3.0724, 3.6808, 4.2893, 4.7984, 5.2496,
+    5.7222, 6.0858, 6.5140, 6.8634, 7.1390, 7.4000, 7.5980,
+];
+
+/// The flows in a row of valve.csv or valve_six.csv.
+fn valve_flows(row: &Golden, orifices: Orifices) -> OrificeFlows<f64> {
+    let stroke = row.number("h_max [%]");
+    let (area, areas) = match row.word("area") {
+        "linear" if stroke == 100.0 => (ValveForm::linear(), vec![7.598]),
+        // A shorter stroke is a straight table.
+        "linear" => {
+            let shares = [0.0, 0.25, 0.5, 1.0];
+            (
+                ValveForm::table(&shares.map(|s| s * stroke)),
+                shares.map(|s| s * 7.598).to_vec(),
+            )
+        }
+        _ => {
+            let openings: Vec<f64> = (0..20).map(|i| f64::from(i) * 100.0 / 19.0).collect();
+            (ValveForm::table(&openings), D675.to_vec())
+        }
+    };
+    let form = ValveForm {
+        orifices,
+        transition: transition(row.word("form")),
+        drop: Drop::Ports,
+        ..area
+    };
+    let fixed = [0.7, 850.0, 18.0, 1e-8, row.number("x0 [%]")];
+    let valve = Valve::new(&form, &[&fixed[..], &areas].concat());
+    let pressures = Pressures {
+        supply: row.number("supply_pressure [bar]"),
+        tank: row.number("return_pressure [bar]"),
+        a: row.number("pressure_a [bar]"),
+        b: row.number("pressure_b [bar]"),
+    };
+    valve.orifice_flows(row.number("spool [%]"), &pressures)
+}
+
+#[test]
+fn valve_flows_are_exact_and_the_centre_path_nearly() {
+    for (name, orifices) in [("valve", Orifices::Four), ("valve_six", Orifices::Six)] {
+        let (mut exact, mut centre, mut supply) = (0.0f64, 0.0f64, 0.0f64);
+        for row in Golden::read(name).rows() {
+            let flows = valve_flows(&row, orifices);
+            let each = [
+                ("q_pa [L/min]", flows.pa),
+                ("q_at [L/min]", flows.at),
+                ("q_pb [L/min]", flows.pb),
+                ("q_bt [L/min]", flows.bt),
+            ];
+            let mut top = 0.0f64;
+            for (column, flow) in each {
+                let reference = row.number(column);
+                exact = exact.max((flow / reference - 1.0).abs());
+                top = top.max(reference.abs());
+            }
+            exact = exact.max((flows.load() - row.number("load [L/min]")).abs() / top);
+            let error = (flows.supply() - row.number("supply [L/min]")).abs() / top;
+            match orifices {
+                Orifices::Four => exact = exact.max(error),
+                Orifices::Six => {
+                    supply = supply.max(error);
+                    centre = centre.max((flows.pt / row.number("q_pt [L/min]") - 1.0).abs());
+                }
+            }
+        }
+        println!(
+            "{name}: {exact:.1e}; centre path {centre:.1e}, which makes {supply:.1e} of the largest flow"
+        );
+        assert!(exact < 1e-11);
+        // Two orifices in series are computed as one: exact where turbulent, and the laminar transition is 2.8e-6 off.
+        assert!(centre < 1e-5 && supply < 5e-6);
+    }
+}
+
+#[test]
+fn position_is_the_integral_of_the_flow() {
+    let golden = Golden::read("position");
+    let structure = Structure {
+        observed: Output::ALL.to_vec(),
+        initial: Initial::Rest,
+        // The golden valve's stroke is 80 %: a straight table.
+        valve: Some(ValveForm::table(&[0.0, 20.0, 40.0, 80.0])),
+        ..Structure::actuator(10.0, "V")
+    };
+    let actuator = ["K", "T", "S"].map(|key| golden.number(key));
+    let valve = [0.7, 850.0, 18.0, 1e-8, 0.0, 10.0, 0.0, 0.25, 0.5, 1.0];
+    let values = [&actuator[..], &valve, &[golden.number("piston_cm2")]].concat();
+    let mut record = record(golden.column("time [s]"), &golden.column("command [V]"));
+    let mut error_at = |rate: f64, refine: u32| {
+        record.set_steps(rate, refine);
+        let rows = outputs(&structure, &values, &record);
+        let of = |i: usize, column| error(rows.iter().map(|row| row[i]), &golden.column(column));
+        [
+            of(0, "spool [V]"),
+            of(1, "flow [L/min]"),
+            of(2, "position [mm]"),
+        ]
+    };
+    let default = error_at(default_rate(), 1);
+    let coarse = REFINED.map(|refine| error_at(own_rate(actuator), refine)[2]);
+    let order = order(&coarse);
+    println!("spool, flow, position at default steps {}", text(&default));
+    println!(
+        "position, coarsest, 4, 16, 64 times finer {}order {order:.1}",
+        text(&coarse)
+    );
+    assert!(default[0] < 6e-5 && default[1] < 8e-5 && default[2] < 3e-6);
+    assert!(order > 1.7, "{order:.2}");
+}
+
+/// The largest error of the golden responses: of the complex gain, and of the phase in degrees where the gain is
+/// above 0.1.
+fn response_errors(
+    file: &str,
+    stream: Stream,
+    columns: [&str; 2],
+    rate: impl Fn([f64; 3]) -> f64,
+    refine: u32,
+) -> [f64; 2] {
+    let mut worst = [0.0f64; 2];
+    for row in Golden::read(file).rows() {
+        let values = ["K", "T", "S"].map(|key| row.number(key));
+        let [frequency, amplitude] = ["frequency [Hz]", "amplitude [V]"].map(|key| row.number(key));
+        let [phase, gain] = columns.map(|key| row.number(key));
+        let tone = Tone::new(
+            frequency,
+            amplitude,
+            phase,
+            1.0,
+            stream,
+            rate(values),
+            refine,
+        );
+        let plant = Plant::new(&Structure::actuator(10.0, "V"), &values);
+        let [re, im] = response(&plant, &tone, &Wave::new(&[tone]), |_| false);
+        let (sin, cos) = phase.to_radians().sin_cos();
+        worst[0] = worst[0].max((re - gain * cos).hypot(im - gain * sin));
+        if gain > 0.1 {
+            worst[1] = worst[1].max(tone.error(im.atan2(re)).abs());
+        }
+    }
+    worst
+}
+
+#[test]
+fn frequency_responses_follow_the_independent_solutions() {
+    for (file, stream, columns) in [
+        ("response", Stream::Settled, ["phase [deg]", "gain"]),
+        (
+            "response_stream",
+            Stream::Paper,
+            ["phase_rest_sine [deg]", "gain_rest_sine"],
+        ),
+    ] {
+        let [gain, phase] = response_errors(file, stream, columns, |_| default_rate(), 1);
+        let coarse =
+            REFINED.map(|refine| response_errors(file, stream, columns, own_rate, refine)[0]);
+        // In the end 40 samples a period and what is left of the transient remain: 9e-6.
+        let order = order(&coarse[..3]);
+        println!(
+            "{file}: default steps {gain:.1e} of the amplitude, {phase:.1e} deg; coarsest, 4, 16, 64 times finer {}order {order:.1}",
+            text(&coarse)
+        );
+        assert!(gain < 2e-4, "{file}: {gain:.1e}");
+        assert!(phase < 0.03, "{file}: {phase:.1e} deg");
+        assert!(order > 1.5, "{file}: {order:.2}");
+    }
+}
+
+#[test]
+fn the_step_rule_bounds_the_error_of_most_candidates() {
+    let structure = Structure::actuator(10.0, "V");
+    for (interval, rows) in [(1e-3, 300), (4e-3, 150)] {
+        let records = vec![Record::new(rows, interval, 10.0)];
+        let problem = problem(structure.clone(), structure.parameters(), records);
+        let fine = problem.refined(8);
+        let (Data::Series(coarse), Data::Series(fine)) = (&*problem.data, &*fine.data) else {
+            unreachable!("a record")
+        };
+        let error_of = |candidate: &[f64]| {
+            let coarse = outputs(&structure, candidate, &coarse[0]);
+            let fine = outputs(&structure, candidate, &fine[0]);
+            let errors = coarse.iter().zip(&fine).map(|(a, b)| (a[0] - b[0]).abs());
+            errors.fold(0.0, f64::max) / structure.full_scale
+        };
+        let mut errors: Vec<f64> = random(&problem, 300, 8).iter().map(error_of).collect();
+        errors.sort_by(f64::total_cmp);
+        println!(
+            "every {interval} s: median {:.1e}, 90 % below {:.1e}, worst {:.1e} of full scale",
+            errors[150], errors[270], errors[299]
+        );
+        assert!(errors[150] < 1e-6);
+        assert!(errors[270] < 1e-4);
+        // Fast, hardly damped and saturating: every way in and out of the saturation costs a little.
+        assert!(errors[299] < 2e-3);
+    }
+}
+
+const MOST: usize = 24;
+
+/// A candidate's outputs on all the data, and their exact derivatives with respect to all parameters, fixed ones too.
+fn sensitivities(problem: &Problem, values: &[f64]) -> Vec<Dual<MOST>> {
+    let duals: Vec<Dual<MOST>> = values
+        .iter()
+        .enumerate()
+        .map(|(i, &value)| Dual::variable(value, i))
+        .collect();
+    match &*problem.data {
+        Data::Series(all) => {
+            let rows = all
+                .iter()
+                .flat_map(|one| outputs(&problem.structure, &duals, one));
+            rows.flatten().collect()
+        }
+        Data::Tones(tones) => {
+            let plant = Plant::new(&problem.structure, &duals);
+            let wave = Wave::new(tones);
+            let phase = |tone: &Tone| {
+                let [re, im] = response(&plant, tone, &wave, |_| false);
+                im.atan2(re)
+            };
+            tones.iter().map(phase).collect()
+        }
+    }
+}
+
+#[test]
+fn exact_sensitivities_are_those_of_finite_differences() {
+    let mut worst = (0.0, String::new());
+    for case in cases() {
+        if case.name == "records of many lengths" {
+            continue;
+        }
+        let problem = &case.problem;
+        // Off the start, where numbers are round and the model may sit on a breakpoint.
+        let free = near_start(problem, 1, 7);
+        let values = problem.complete(free.candidate(0), |fixed| fixed);
+        let exact = sensitivities(problem, &values);
+        for (i, parameter) in problem.parameters.iter().enumerate() {
+            let nudge = 1e-6 * values[i];
+            let at = |nudge: f64| {
+                let mut values = values.clone();
+                values[i] += nudge;
+                sensitivities(problem, &values)
+            };
+            let (above, below) = (at(nudge), at(-nudge));
+            let largest = exact
+                .iter()
+                .map(|o| (o.gradient[i] * values[i]).abs())
+                .fold(0.0, f64::max);
+            let top = exact.iter().map(|o| o.value.abs()).fold(0.0, f64::max);
+            for ((exact, above), below) in exact.iter().zip(&above).zip(&below) {
+                let difference = (above.value - below.value) / (2.0 * nudge);
+                let error = (exact.gradient[i] - difference).abs() * values[i].abs();
+                let share = error / (largest + 1e-3 * top);
+                if share > worst.0 {
+                    worst = (share, format!("{}: {}", case.name, parameter.name));
+                }
+            }
+        }
+    }
+    println!("{:.1e} of the largest sensitivity: {}", worst.0, worst.1);
+    assert!(worst.0 < 1e-6);
+}
+
+/// The cost of one candidate, read as plain `f64`.
+fn scalar_cost(problem: &Problem, candidate: &[f64]) -> f64 {
+    let values = problem.complete(candidate, |fixed| fixed);
+    let structure = &problem.structure;
+    let plant = Plant::new(structure, &values);
+    match &*problem.data {
+        Data::Series(all) => {
+            let mut sums = [0.0; 3];
+            for one in all {
+                let add = |slice: [f64; 3]| {
+                    for (sum, part) in sums.iter_mut().zip(slice) {
+                        *sum += part;
+                    }
+                };
+                match structure.states().len() {
+                    0 => squares::<f64, 0>(structure, &plant, one, add, |_| false),
+                    1 => squares::<f64, 1>(structure, &plant, one, add, |_| false),
+                    2 => squares::<f64, 2>(structure, &plant, one, add, |_| false),
+                    _ => squares::<f64, 3>(structure, &plant, one, add, |_| false),
+                }
+            }
+            problem.cost_of_squares(sums)
+        }
+        Data::Tones(tones) => {
+            let wave = Wave::new(tones);
+            let responses = tones
+                .iter()
+                .map(|tone| response(&plant, tone, &wave, |_| false));
+            problem.cost_of_responses(tones, responses)
+        }
+    }
+}
+
+#[test]
+fn lanes_compute_bit_for_bit_what_a_single_candidate_does() {
+    for case in cases() {
+        let problem = &case.problem;
+        let population = random(problem, 37, 9);
+        let costs = CpuEvaluator::new(Precision::F64).costs(problem, &population);
+        for (cost, candidate) in costs.expect("costs").iter().zip(population.iter()) {
+            assert_eq!(cost.value, scalar_cost(problem, candidate), "{}", case.name);
+        }
+    }
+}

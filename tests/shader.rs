@@ -1,0 +1,158 @@
+//! The composed shaders are valid, translate to every backend, and lay out memory as the host does. No GPU is needed.
+
+mod common;
+
+use common::{case, cases};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{Module, TypeInner, back};
+use servobee::evaluate::gpu::layout;
+use servobee::evaluate::problem::Data;
+use servobee::evaluate::{Problem, wgsl};
+use servobee::model::Structure;
+use std::mem::{offset_of, size_of};
+use std::path::Path;
+
+const ENTRY_POINTS: [&str; 2] = ["evaluate_series", "evaluate_tones"];
+
+/// Parses and validates a shader for a device without any extra capability.
+fn validated(name: &str, source: &str) -> (Module, ModuleInfo) {
+    let module = naga::front::wgsl::parse_str(source)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(source)));
+    (module, info)
+}
+
+#[test]
+fn every_structure_gives_a_valid_shader_for_every_backend() {
+    for case in cases() {
+        let name = case.name;
+        let (module, info) = validated(name, &wgsl::compose(&case.problem));
+
+        let words = back::spv::write_vec(&module, &info, &back::spv::Options::default(), None)
+            .unwrap_or_else(|error| panic!("{name}: SPIR-V: {error}"));
+        // SPIR-V holds names as bytes of little-endian words.
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let spirv = String::from_utf8_lossy(&bytes).into_owned();
+
+        let (msl, _) = back::msl::write_string(
+            &module,
+            &info,
+            &back::msl::Options::default(),
+            &back::msl::PipelineOptions::default(),
+        )
+        .unwrap_or_else(|error| panic!("{name}: MSL: {error}"));
+
+        let mut hlsl = String::new();
+        let options = back::hlsl::Options::default();
+        let pipeline = back::hlsl::PipelineOptions::default();
+        back::hlsl::Writer::new(&mut hlsl, &options, &pipeline)
+            .write(&module, &info, None)
+            .unwrap_or_else(|error| panic!("{name}: HLSL: {error}"));
+
+        for (language, text) in [("SPIR-V", spirv), ("MSL", msl), ("HLSL", hlsl)] {
+            for entry in ENTRY_POINTS {
+                assert!(text.contains(entry), "{name}: no {entry} in {language}");
+            }
+        }
+    }
+}
+
+/// Offsets of a struct's members in the shader, and its size.
+fn shader_layout(module: &Module, name: &str) -> (Vec<(String, u32)>, u32) {
+    let found = module
+        .types
+        .iter()
+        .find(|(_, ty)| ty.name.as_deref() == Some(name));
+    let (_, ty) = found.unwrap_or_else(|| panic!("no struct {name} in the shader"));
+    let TypeInner::Struct { members, span } = &ty.inner else {
+        panic!("{name} is no struct")
+    };
+    let member = |m: &naga::StructMember| (m.name.clone().expect("a name"), m.offset);
+    (members.iter().map(member).collect(), *span)
+}
+
+/// The names and offsets of a host struct's fields.
+macro_rules! fields {
+    ($ty:ident: $($field:ident),*) => {
+        vec![$((stringify!($field).to_owned(), offset_of!(layout::$ty, $field) as u32)),*]
+    };
+}
+
+#[test]
+fn host_and_shader_lay_out_memory_alike() {
+    let problem = case("actuator, held").problem;
+    let (module, _) = validated("actuator", &wgsl::compose(&problem));
+    let mut sample = fields!(Sample: step, substeps, weight, input, target, padding);
+    // The host's three targets have a name each in the shader.
+    let (_, target) = sample.remove(4);
+    for (name, i) in ["position", "flow", "spool"].iter().zip([2, 1, 0]) {
+        sample.insert(4, (name.to_string(), target + 4 * i));
+    }
+    let tone = fields!(Tone: amplitude, step, substeps, stride, settle, measure);
+    let pairs = [
+        (
+            "Work",
+            fields!(Work: population, items, slice, wave),
+            size_of::<layout::Work>(),
+        ),
+        ("Sample", sample, size_of::<layout::Sample>()),
+        (
+            "Series",
+            fields!(Series: first, count),
+            size_of::<layout::Series>(),
+        ),
+        ("Tone", tone, size_of::<layout::Tone>()),
+    ];
+    for (name, fields, size) in pairs {
+        assert_eq!(
+            shader_layout(&module, name),
+            (fields, size as u32),
+            "{name}"
+        );
+    }
+    let names = ["command", "supply", "tank", "a", "b"];
+    let input = names
+        .iter()
+        .zip(0..)
+        .map(|(name, i)| (name.to_string(), 4 * i));
+    assert_eq!(shader_layout(&module, "Input"), (input.collect(), 20));
+}
+
+/// The physics that is committed for people to read is the physics that the model gives now.
+#[test]
+fn the_committed_physics_is_up_to_date() {
+    let base = Structure::actuator(10.0, "V");
+    let parameters = base.parameters();
+    let base = Problem::new(base, parameters, Data::Series(vec![]));
+    for (file, what, problem) in [
+        (
+            "base.wgsl",
+            "the actuator alone, as `Structure::actuator(10.0, \"V\")` has it",
+            base,
+        ),
+        (
+            "valve.wgsl",
+            "an actuator and a valve with an area table, all ports measured",
+            case("actuator and table valve").problem,
+        ),
+    ] {
+        let text = format!(
+            "// The physics of {what}:\n// traced from src/model, to be composed with evaluate.wgsl. For reading; a test \
+             keeps it up to date.\n\n{}",
+            wgsl::physics(&problem)
+        );
+        let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("shaders")
+            .join(file);
+        if std::env::var("SERVOBEE_BLESS").is_ok_and(|value| value == "1") {
+            std::fs::write(&path, &text).expect("a file that can be written");
+        }
+        let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            committed == text,
+            "shaders/{file} is stale: run `SERVOBEE_BLESS=1 cargo test --test shader` and read what changed"
+        );
+    }
+}

@@ -1,6 +1,6 @@
 //! `servobee bench`.
 
-use super::table;
+use super::table::table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use servobee::evaluate::gpu::{self, Checks, GpuEvaluator};
@@ -261,7 +261,7 @@ fn print(report: &Report) {
         row.push(number(ratio, 2));
         row
     };
-    println!("{}", table([head].into_iter().chain(SIZES.map(row))));
+    println!("{}", table(&head, SIZES.map(row)));
     println!("\nGPU/CPU: the fastest GPU over the fastest on the CPU. -: not measured.");
 }
 

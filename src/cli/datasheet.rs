@@ -1,9 +1,10 @@
 //! `servobee datasheet`.
 
 use super::options::{Options, progress};
-use super::table::{self, number};
+use super::table::{number, table};
 use clap::ValueEnum;
-use servobee::diagnose::{ChannelError, Sides};
+use servobee::diagnose::Sides;
+use servobee::evaluate::Score;
 use servobee::evaluate::problem::Stream;
 use servobee::evaluate::{Chosen, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
@@ -245,7 +246,7 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
         &format!("worst [{unit}]"),
         "evaluations",
     ];
-    println!("{}", table::text(&head, rows));
+    println!("{}", table(&head, rows));
 
     let best = results
         .last()
@@ -276,7 +277,7 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
     let mut head = vec!["parameter", "unit"];
     head.extend(published.then_some("published"));
     head.extend(["fitted", "95 % interval", ""]);
-    println!("{}", table::text(&head, rows));
+    println!("{}", table(&head, rows));
     for line in not_identifiable(best) {
         println!("Not identifiable: {line}");
     }
@@ -299,7 +300,7 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
         "fitted".into(),
         "error".into(),
     ]);
-    println!("{}", table::text(&head, rows));
+    println!("{}", table(&head, rows));
 }
 
 fn errors(sheet: &Sheet, free: &[f64]) -> Vec<f64> {
@@ -332,10 +333,10 @@ fn document(
         .zip(&finer)
         .fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));
     let measured = sheet.measured();
-    let error = ChannelError::of(measured.iter().copied().zip(simulated.iter().copied()));
+    let score = Score::new(measured.iter().copied().zip(simulated.iter().copied()));
     let name = sheet.quantity.0.to_owned();
     let sides = Sides {
-        fit: error.into_iter().map(|e| (name.clone(), e)).collect(),
+        fit: BTreeMap::from([(name.clone(), score)]),
         hold_out: BTreeMap::new(),
     };
     Document {

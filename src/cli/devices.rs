@@ -1,6 +1,6 @@
 //! `servobee devices`.
 
-use super::table;
+use super::table::table;
 use servobee::Result;
 use servobee::evaluate::{Choice, CpuEvaluator, Evaluator, Precision, choose, gpu};
 
@@ -33,11 +33,14 @@ pub(super) fn run(_: &Arguments) -> Result<()> {
         ];
         // One column an adapter: names and drivers are too long for one line each.
         let columns: Vec<[String; 9]> = adapters.iter().map(properties).collect();
-        let row = |(i, head): (usize, &&str)| {
+        let row = |(i, head): (usize, &&str)| -> Vec<String> {
             let cells = columns.iter().map(|column| column[i].clone());
             std::iter::once(head.to_string()).chain(cells).collect()
         };
-        let table = table(heads.iter().enumerate().map(row));
+        let table = table(
+            &row((0, &heads[0])),
+            heads.iter().enumerate().skip(1).map(row),
+        );
         println!("{table}\n");
     }
     let chosen = choose(Choice::Auto)?;

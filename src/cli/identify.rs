@@ -1,10 +1,10 @@
 //! `servobee identify`.
 
 use super::options::{Options, progress};
-use super::table::{self, number};
+use super::table::{number, table};
 use servobee::diagnose::{Compared, Identified, Measurements, identify};
 use servobee::evaluate::{parameters_for, structure_for};
-use servobee::model::{Output, Structure};
+use servobee::model::Output;
 use servobee::record::{Mapping, Record};
 use servobee::report::{Document, ModelFile};
 use servobee::search::{Plan, Settings, Start};
@@ -157,17 +157,6 @@ fn read(path: &PathBuf, mappings: &[Mapping]) -> Result<Record> {
     Ok(record)
 }
 
-fn unit(structure: &Structure, channel: &str) -> String {
-    match channel {
-        "spool" => structure
-            .spool_unit
-            .clone()
-            .unwrap_or_else(|| structure.command_unit.clone()),
-        "flow" => "L/min".into(),
-        _ => "mm".into(),
-    }
-}
-
 fn print(identified: &Identified, document: &Document) {
     let structure = &identified.problem.structure;
     let count = |records: &[servobee::evaluate::problem::Series]| {
@@ -186,13 +175,18 @@ fn print(identified: &Identified, document: &Document) {
         structure.command_unit,
     );
     let mut rows = Vec::new();
-    for (channel, held) in &identified.errors.hold_out {
+    for &output in &structure.observed {
+        let channel = output.name();
+        let Some(held) = identified.errors.hold_out.get(channel) else {
+            continue;
+        };
         let fit = &identified.errors.fit[channel];
         rows.push(vec![
-            format!("{channel} [{}]", unit(structure, channel)),
+            format!("{channel} [{}]", structure.unit(output)),
             number(fit.rmse),
             number(held.rmse),
-            format!("{:.2}", held.fit_percent),
+            held.fit_percent
+                .map_or("-".into(), |fit| format!("{fit:.2}")),
             number(identified.noise[channel].value),
             identified.noise[channel].method.into(),
         ]);
@@ -205,7 +199,7 @@ fn print(identified: &Identified, document: &Document) {
         "noise floor",
         "from",
     ];
-    println!("\n{}\n", table::text(&head, rows));
+    println!("\n{}\n", table(&head, rows));
     let rows = document
         .parameters
         .iter()
@@ -230,7 +224,7 @@ fn print(identified: &Identified, document: &Document) {
         .collect();
     println!(
         "{}",
-        table::text(&["parameter", "unit", "value", "95 % interval", ""], rows)
+        table(&["parameter", "unit", "value", "95 % interval", ""], rows)
     );
     for line in &document.not_identifiable {
         println!("Not identifiable: {line}");
@@ -265,7 +259,7 @@ fn residual_csv(identified: &Identified) -> String {
     let structure = &identified.problem.structure;
     let mut text = String::from("record,part,time [s]");
     for output in &structure.observed {
-        let (name, unit) = (output.name(), unit(structure, output.name()));
+        let (name, unit) = (output.name(), structure.unit(output));
         for kind in ["measured", "before", "after"] {
             text += &format!(",{name} {kind} [{unit}]");
         }

@@ -1,6 +1,6 @@
 //! `servobee simulate`.
 
-use super::{significant, table};
+use super::table::{number, table};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{STATE_LIMIT, Score, simulate};
 use servobee::model::Structure;
@@ -98,7 +98,7 @@ fn comparison(
     finer: &[[f64; 3]],
 ) -> String {
     let heads = ["channel", "unit", "RMSE", "fit %", "integration error"];
-    let mut rows = vec![heads.map(String::from).to_vec()];
+    let mut rows = Vec::new();
     for &output in &structure.observed {
         let own = |rows: &[[f64; 3]]| -> Vec<f64> {
             rows.iter().map(|row| row[output as usize]).collect()
@@ -115,12 +115,12 @@ fn comparison(
         rows.push(vec![
             output.name().into(),
             structure.unit(output).into(),
-            score.map_or("not measured".into(), |score| significant(score.rmse)),
+            score.map_or("not measured".into(), |score| number(score.rmse)),
             fit.map_or("-".into(), |fit| format!("{fit:.3}")),
-            significant(change.fold(0.0, f64::max)),
+            number(change.fold(0.0, f64::max)),
         ]);
     }
-    table(rows)
+    table(&heads, rows)
 }
 
 /// Time, command, and every observed output: measured, where it is, and simulated.

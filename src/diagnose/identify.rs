@@ -1,10 +1,10 @@
 //! From records to a diagnosed model: fit, score on the hold-out, look at what is left.
 
-use super::score::{ChannelError, Compared, errors};
+use super::score::{Compared, errors};
 use super::{Noise, Remaining, noise_floor, remaining};
 use crate::Result;
 use crate::evaluate::problem::{Data, Series};
-use crate::evaluate::{Cost, Evaluator, Problem, reference};
+use crate::evaluate::{Cost, Evaluator, Problem, Score, reference};
 use crate::model::{Output, Parameter, Structure};
 use crate::record::{HOLD_OUT, Record};
 use crate::search::{Fit, Plan, fit};
@@ -63,9 +63,9 @@ impl Measurements {
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Sides {
     /// On the data that was fitted.
-    pub fit: BTreeMap<String, ChannelError>,
+    pub fit: BTreeMap<String, Score>,
     /// On data never fitted; empty where none was held out.
-    pub hold_out: BTreeMap<String, ChannelError>,
+    pub hold_out: BTreeMap<String, Score>,
 }
 
 /// A model with what the data say of it.

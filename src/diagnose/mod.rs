@@ -8,4 +8,4 @@ mod score;
 pub use identify::{Identified, Measurements, Sides, identify};
 pub use noise::{Noise, noise_floor};
 pub use residual::{Remaining, remaining};
-pub use score::{ChannelError, Compared, errors};
+pub use score::{Compared, errors};

@@ -39,22 +39,32 @@ pub fn remaining(command: &[f64], residual: &[f64], seed: u64) -> Remaining {
         lags,
     };
     let residual = transform.spectrum(&standardised(residual));
-    let signals: Vec<(&'static str, Vec<Complex<f64>>)> =
-        signals(command).into_iter().map(|(name, signal)| (name, transform.spectrum(&signal))).collect();
-    let mut found: Vec<(&'static str, f64)> =
-        signals.iter().map(|(name, signal)| (*name, transform.largest_correlation(signal, &residual))).collect();
+    let signals: Vec<(&'static str, Vec<Complex<f64>>)> = signals(command)
+        .into_iter()
+        .map(|(name, signal)| (name, transform.spectrum(&signal)))
+        .collect();
+    let mut found: Vec<(&'static str, f64)> = signals
+        .iter()
+        .map(|(name, signal)| (*name, transform.largest_correlation(signal, &residual)))
+        .collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut null: Vec<f64> = (0..SURROGATES)
         .map(|_| {
             let surrogate = randomised(&residual, &mut rng);
-            signals.iter().map(|(_, signal)| transform.largest_correlation(signal, &surrogate).abs()).fold(0.0, f64::max)
+            signals
+                .iter()
+                .map(|(_, signal)| transform.largest_correlation(signal, &surrogate).abs())
+                .fold(0.0, f64::max)
         })
         .collect();
     null.sort_by(f64::total_cmp);
     let threshold = null[SURROGATES * 95 / 100].max(WEAKEST);
     found.retain(|(_, value)| value.abs() > threshold);
     found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
-    Remaining { structured: !found.is_empty(), correlates_with: found }
+    Remaining {
+        structured: !found.is_empty(),
+        correlates_with: found,
+    }
 }
 
 struct Transform {
@@ -72,11 +82,24 @@ impl Transform {
 
     /// The correlation coefficient of largest magnitude, with its sign, over lags up to the longest either way.
     fn largest_correlation(&self, signal: &[Complex<f64>], residual: &[Complex<f64>]) -> f64 {
-        let mut product: Vec<Complex<f64>> = signal.iter().zip(residual).map(|(s, r)| s.conj() * r).collect();
+        let mut product: Vec<Complex<f64>> = signal
+            .iter()
+            .zip(residual)
+            .map(|(s, r)| s.conj() * r)
+            .collect();
         self.inverse.process(&mut product);
         let count = product.len();
-        let near = product[..=self.lags].iter().chain(&product[count - self.lags..]);
-        near.map(|value| value.re / count as f64).fold(0.0, |most, value| if value.abs() > most.abs() { value } else { most })
+        let near = product[..=self.lags]
+            .iter()
+            .chain(&product[count - self.lags..]);
+        near.map(|value| value.re / count as f64)
+            .fold(0.0, |most, value| {
+                if value.abs() > most.abs() {
+                    value
+                } else {
+                    most
+                }
+            })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::STATE_LIMIT;
 use super::problem::{Data, Problem, Series, Tone, Wave};
-use super::simulate::{response, series, squares, with_states};
+use super::simulate::{outputs, response, series, squares, with_states};
 use crate::model::real::Dual;
 use crate::model::{Plant, Real, Structure};
 
@@ -12,20 +12,10 @@ pub fn trajectories(
     values: &[f64],
     records: &[Series],
 ) -> Vec<Vec<[f64; 3]>> {
-    let plant = Plant::new(structure, values);
-    let one = |record: &Series| {
-        let mut outputs = Vec::with_capacity(record.samples.len());
-        let mut push = |_: usize, _: &[f64], row: [f64; 3]| {
-            outputs.push(row);
-            true
-        };
-        with_states!(
-            structure.states().len(),
-            series::<f64>(structure, &plant, record, &mut push)
-        );
-        outputs
-    };
-    records.iter().map(one).collect()
+    records
+        .iter()
+        .map(|record| outputs(structure, values, record))
+        .collect()
 }
 
 /// Phase (degrees) and gain of the response to every tone, for values of all parameters.

@@ -1,7 +1,7 @@
 //! How well a simulation follows a measurement.
 
 /// The error of one simulated output.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Score {
     /// Root of the mean squared error, in the output's unit.
     pub rmse: f64,

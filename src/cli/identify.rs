@@ -200,7 +200,7 @@ fn print(identified: &Identified, document: &Document) {
         "from",
     ];
     println!("\n{}\n", table(&head, rows));
-    let rows = document
+    let rows: Vec<Vec<String>> = document
         .parameters
         .iter()
         .map(|parameter| {
@@ -259,7 +259,7 @@ fn residual_csv(identified: &Identified) -> String {
     let structure = &identified.problem.structure;
     let mut text = String::from("record,part,time [s]");
     for output in &structure.observed {
-        let (name, unit) = (output.name(), structure.unit(output));
+        let (name, unit) = (output.name(), structure.unit(*output));
         for kind in ["measured", "before", "after"] {
             text += &format!(",{name} {kind} [{unit}]");
         }

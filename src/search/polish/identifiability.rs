@@ -1,6 +1,7 @@
 //! Parameters that the data cannot tell apart, or do not depend on.
 
 use super::Triangle;
+use super::coordinates::to_search;
 use super::uncertainty::Directions;
 use crate::model::Parameter;
 
@@ -49,15 +50,22 @@ impl Unidentifiable {
     }
 }
 
-/// Free parameters whose column of the Jacobian is zero.
+/// A parameter that moves the simulation less than this fraction of what the strongest one does, each over its whole
+/// range, has no effect but rounding.
+const NOISE: f64 = 1e-12;
+
+/// Free parameters that the simulation does not depend on: their column of the Jacobian is zero, or rounding.
 pub(super) fn without_effect(parameters: &[Parameter], triangle: &Triangle) -> Vec<Unidentifiable> {
     let norms = triangle.column_norms();
-    let silent = (0..parameters.len()).filter(|&j| !parameters[j].fixed && norms[j] == 0.0);
-    let alone = |j| Unidentifiable {
-        parameters: vec![j],
-        kind: Kind::NoEffect,
+    let span = |p: &Parameter| to_search(p, p.high) - to_search(p, p.low);
+    let effect = |j: usize| {
+        let span = span(&parameters[j]);
+        if span.is_finite() { norms[j] * span } else { norms[j] }
     };
-    silent.map(alone).collect()
+    let free = || (0..parameters.len()).filter(|&j| !parameters[j].fixed);
+    let strongest = free().map(effect).fold(0.0, f64::max);
+    let alone = |j| Unidentifiable { parameters: vec![j], kind: Kind::NoEffect };
+    free().filter(|&j| effect(j) <= NOISE * strongest).map(alone).collect()
 }
 
 /// Groups of parameters that undetermined directions tie together: the connected blocks of the projector onto those

@@ -100,8 +100,10 @@ impl Uncertainty {
         options: &UncertaintyOptions,
     ) -> Self {
         let triangle = &polished.triangle;
+        let mut unidentifiable = identifiability::without_effect(parameters, triangle);
+        let silent = |j: usize| unidentifiable.iter().any(|group| group.parameters.contains(&j));
         let interior: Vec<usize> = (0..parameters.len())
-            .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none())
+            .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none() && !silent(j))
             .collect();
         let directions = Directions::new(triangle, &interior, options.singular_ratio);
 
@@ -114,7 +116,6 @@ impl Uncertainty {
         };
         let quantile = student_t(degrees_of_freedom);
 
-        let mut unidentifiable = identifiability::without_effect(parameters, triangle);
         unidentifiable.extend(identifiability::combinations(&directions));
         let undetermined = |j| {
             unidentifiable

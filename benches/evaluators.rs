@@ -9,20 +9,28 @@ use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, workload};
 const SAMPLES: usize = 200;
 const SIZES: [usize; 3] = [64, 1024, 8192];
 
-fn evaluators() -> Vec<Box<dyn Evaluator>> {
-    let mut list: Vec<Box<dyn Evaluator>> = vec![
-        Box::new(CpuEvaluator::new(Precision::F64)),
-        Box::new(CpuEvaluator::new(Precision::F32)),
+/// Every evaluator with a name that is short enough for criterion.
+fn evaluators() -> Vec<(String, Box<dyn Evaluator>)> {
+    let mut list: Vec<(String, Box<dyn Evaluator>)> = vec![
+        (
+            "CPU f64".into(),
+            Box::new(CpuEvaluator::new(Precision::F64)),
+        ),
+        (
+            "CPU f32".into(),
+            Box::new(CpuEvaluator::new(Precision::F32)),
+        ),
     ];
     for adapter in gpu::adapters() {
         let evaluator =
             GpuEvaluator::new(&adapter, Checks::Off).expect("the adapter gives a device");
-        list.push(Box::new(evaluator));
+        list.push((adapter.get_info().name, Box::new(evaluator)));
     }
     list
 }
 
-fn population(criterion: &mut Criterion) {
+fn populations(criterion: &mut Criterion) {
+    let mut evaluators = evaluators();
     for (structure, problem) in [
         ("actuator", workload::actuator(SAMPLES)),
         ("actuator_and_valve", workload::actuator_and_valve(SAMPLES)),
@@ -32,8 +40,8 @@ fn population(criterion: &mut Criterion) {
         for size in SIZES {
             let population = workload::population(&problem, size);
             group.throughput(Throughput::Elements(problem.steps() * size as u64));
-            for mut evaluator in evaluators() {
-                let id = BenchmarkId::new(evaluator.describe(), size);
+            for (name, evaluator) in &mut evaluators {
+                let id = BenchmarkId::new(name.as_str(), size);
                 group.bench_function(id, |bencher| {
                     bencher.iter(|| evaluator.costs(&problem, &population).expect("costs"));
                 });
@@ -43,5 +51,5 @@ fn population(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, population);
+criterion_group!(benches, populations);
 criterion_main!(benches);

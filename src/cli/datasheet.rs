@@ -208,6 +208,7 @@ fn fit_all(sheet: &Sheet, chosen: &mut Chosen, seed: u64) -> Result<Vec<(&'stati
             start,
             seed,
             polish,
+            coloured: false,
         };
         let result = fit(&sheet.problem, chosen.evaluator.as_mut(), &plan, &mut tick);
         bar.finish_and_clear();

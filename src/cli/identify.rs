@@ -115,6 +115,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         start: Start::Uniform,
         seed: arguments.options.seed,
         polish: true,
+        coloured: true,
     };
     let (bar, mut tick) = progress("searching");
     let result = identify(

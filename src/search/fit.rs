@@ -31,6 +31,9 @@ pub struct Plan {
     pub seed: u64,
     /// Whether Levenberg-Marquardt follows.
     pub polish: bool,
+    /// Whether consecutive residuals resemble each other, as those of a record do, so that each says less than an
+    /// independent one; the points of a curve are taken as independent.
+    pub coloured: bool,
 }
 
 /// What the bees found.
@@ -115,7 +118,11 @@ pub fn fit(
                 &PolishOptions::default(),
             )?;
             evaluations += polished.evaluations;
-            let inflation = inflation(&problem, &polished.values);
+            let inflation = if plan.coloured {
+                inflation(&problem, &polished.values)
+            } else {
+                1.0
+            };
             let options = UncertaintyOptions {
                 inflation,
                 ..Default::default()
@@ -133,7 +140,7 @@ pub fn fit(
     })
 }
 
-/// How much less a row of coloured residuals says than a white one would. Points of a curve count fully.
+/// How much less a row of coloured residuals says than a white one would.
 fn inflation(problem: &Problem, free: &[f64]) -> f64 {
     let Data::Series(records) = &*problem.data else {
         return 1.0;

@@ -60,12 +60,22 @@ pub(super) fn without_effect(parameters: &[Parameter], triangle: &Triangle) -> V
     let span = |p: &Parameter| to_search(p, p.high) - to_search(p, p.low);
     let effect = |j: usize| {
         let span = span(&parameters[j]);
-        if span.is_finite() { norms[j] * span } else { norms[j] }
+        if span.is_finite() {
+            norms[j] * span
+        } else {
+            norms[j]
+        }
     };
     let free = || (0..parameters.len()).filter(|&j| !parameters[j].fixed);
     let strongest = free().map(effect).fold(0.0, f64::max);
-    let alone = |j| Unidentifiable { parameters: vec![j], kind: Kind::NoEffect };
-    free().filter(|&j| effect(j) <= NOISE * strongest).map(alone).collect()
+    let alone = |j| Unidentifiable {
+        parameters: vec![j],
+        kind: Kind::NoEffect,
+    };
+    free()
+        .filter(|&j| effect(j) <= NOISE * strongest)
+        .map(alone)
+        .collect()
 }
 
 /// Groups of parameters that undetermined directions tie together: the connected blocks of the projector onto those

@@ -101,7 +101,11 @@ impl Uncertainty {
     ) -> Self {
         let triangle = &polished.triangle;
         let mut unidentifiable = identifiability::without_effect(parameters, triangle);
-        let silent = |j: usize| unidentifiable.iter().any(|group| group.parameters.contains(&j));
+        let silent = |j: usize| {
+            unidentifiable
+                .iter()
+                .any(|group| group.parameters.contains(&j))
+        };
         let interior: Vec<usize> = (0..parameters.len())
             .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none() && !silent(j))
             .collect();

@@ -302,6 +302,43 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
         "error".into(),
     ]);
     println!("{}", table(&head, rows));
+    if sheet.axes.len() == 2 {
+        print_by_amplitude(sheet, &errors(sheet, best.values()));
+    }
+}
+
+/// What a response's fit leaves at each amplitude, and where along the frequency.
+fn print_by_amplitude(sheet: &Sheet, errors: &[f64]) {
+    let mut amplitudes: Vec<f64> = sheet.points.iter().map(|point| point[0]).collect();
+    amplitudes.sort_by(f64::total_cmp);
+    amplitudes.dedup();
+    for amplitude in amplitudes {
+        let own: Vec<(f64, f64)> = sheet
+            .points
+            .iter()
+            .zip(errors)
+            .filter(|(point, _)| point[0] == amplitude)
+            .map(|(point, &error)| (point[1], error))
+            .collect();
+        let extreme = |sign: f64| {
+            own.iter()
+                .max_by(|a, b| (sign * a.1).total_cmp(&(sign * b.1)))
+        };
+        let (Some(low), Some(high)) = (extreme(-1.0), extreme(1.0)) else {
+            continue;
+        };
+        let all: Vec<f64> = own.iter().map(|pair| pair.1).collect();
+        println!(
+            "Left at {} %: {} {unit} RMS, between {} {unit} at {} Hz and {} {unit} at {} Hz",
+            number(amplitude),
+            number(rms(&all)),
+            number(low.1),
+            number(low.0),
+            number(high.1),
+            number(high.0),
+            unit = sheet.quantity.1,
+        );
+    }
 }
 
 fn errors(sheet: &Sheet, free: &[f64]) -> Vec<f64> {

@@ -1,4 +1,52 @@
-//! Servo-valve identification with the Bees Algorithm.
+//! Finds the parameters of electro-hydraulic servo valves with the Bees Algorithm, on the CPU or on a GPU.
+//!
+//! ```text
+//! record ──> structure ──> candidates ──> costs ──> fit ──> residual ──> report
+//! measured   what the      Bees ask       Evaluator  polish  what is      report.json, model.toml,
+//! or curve   model has                    CPU | GPU          left over    residual.csv
+//! ```
+//!
+//! - [`record`]: measurements in time and datasheet curves, with channels, units and checks.
+//! - [`model`]: the physics, each equation written once over [`model::Real`] and read as `f64`, `f32`, vectors of
+//!   candidates, dual numbers and WGSL. The actuator is `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T`
+//!   ([`model::actuator`]); an orifice passes `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of
+//!   them make a valve ([`model::valve`]).
+//! - [`evaluate`]: the costs of a whole population at once, behind one trait.
+//! - [`search`]: the Bees Algorithm as ask and tell, and a Levenberg-Marquardt polish with exact sensitivities that says
+//!   how well the data determine each parameter, and which it cannot tell apart.
+//! - [`diagnose`]: fit and hold-out, the noise floor, and whether the residual is more than noise.
+//! - [`report`]: what a run tells and leaves behind.
+//!
+//! Each of them knows only those above it.
+//!
+//! # A fit
+//!
+//! ```
+//! use servobee::evaluate::problem::{Data, Problem, Sample, Series};
+//! use servobee::evaluate::{CpuEvaluator, Precision, reference};
+//! use servobee::model::{Initial, Structure};
+//! use servobee::search::{Plan, Settings, Start, fit};
+//!
+//! // A valve's answer to a step of 10 V from rest, every 2 ms.
+//! let structure = Structure { initial: Initial::Rest, ..Structure::actuator(10.0, "V") };
+//! let parameters = structure.parameters();
+//! let time: Vec<f64> = (0..60).map(|k| 0.002 * f64::from(k)).collect();
+//! let step = Sample { input: [10.0, 0.0, 0.0, 0.0, 0.0], weight: 1.0, ..Sample::default() };
+//! let mut series = Series { name: "step".into(), samples: vec![step; time.len()], time };
+//! series.set_steps(structure.fastest_rate(&parameters), 1);
+//! let [gain, time_constant, saturation] = [220.0, 0.008, 1.2];
+//! let measured = reference::trajectories(&structure, &[gain, time_constant, saturation], &[series.clone()]);
+//! for (sample, measured) in series.samples.iter_mut().zip(&measured[0]) {
+//!     sample.target = *measured;
+//! }
+//!
+//! let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
+//! let mut evaluator = CpuEvaluator::new(Precision::F32);
+//! let plan = Plan { settings: Settings::paper(), start: Start::Uniform, seed: 1, polish: true, coloured: false };
+//! let fit = fit(&problem, &mut evaluator, &plan, &mut |_, _, _| {})?;
+//! assert!((fit.values()[0] / gain - 1.0).abs() < 1e-6);
+//! # servobee::Result::Ok(())
+//! ```
 
 pub mod diagnose;
 mod error;

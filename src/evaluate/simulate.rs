@@ -3,7 +3,7 @@
 
 use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::model::integrate::advance;
-use crate::model::{Hold, Input, Plant, Real, Structure};
+use crate::model::{Hold, Input, Output, Plant, Real, Structure};
 
 /// Rows whose squared errors are summed before they are added to the slice's sum: bounds the rounding in `f32`.
 pub const CHUNK: usize = 128;
@@ -98,13 +98,14 @@ pub fn squares<R: Real, const N: usize>(
     mut slice_done: impl FnMut([R; 3]),
     mut diverged: impl FnMut(&[R]) -> bool,
 ) {
+    let observed = Output::ALL.map(|output| structure.observes(output));
     let zero = [R::constant(0.0); 3];
     let (mut chunk, mut slice) = (zero, zero);
     let last = record.samples.len() - 1;
     series::<R, N>(structure, plant, record, |k, state, outputs| {
         let sample = &record.samples[k];
         let weight = R::constant(sample.weight);
-        for i in 0..3 {
+        for i in (0..3).filter(|&i| observed[i]) {
             let error = R::constant(sample.target[i]) - outputs[i];
             chunk[i] = chunk[i] + weight * error * error;
         }

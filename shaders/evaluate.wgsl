@@ -45,7 +45,7 @@ struct Work {
     population: u32,
     items: u32,
     slice: u32,
-    wave: u32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> work: Work;
@@ -130,7 +130,7 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 fn sine(tone: Tone, half_step: u32) -> vec2<f32> {
-    return wave[(half_step * tone.stride) % work.wave];
+    return wave[half_step * tone.stride];
 }
 
 fn command(tone: Tone, half_step: u32) -> Input {
@@ -155,10 +155,12 @@ fn evaluate_tones(@builtin(global_invocation_id) id: vec3<u32>) {
         var chunk = vec2<f32>(0.0);
         for (var k = 0u; k < SAMPLES_PER_PERIOD; k++) {
             let first = 2u * k * tone.substeps;
-            chunk += observe(plant, state, command(tone, first)).x * sine(tone, first);
+            var start = command(tone, first);
+            chunk += observe(plant, state, start).x * sine(tone, first);
             for (var j = 0u; j < tone.substeps; j++) {
-                let at = first + 2u * j;
-                state = advance(plant, state, command(tone, at), command(tone, at + 1u), command(tone, at + 2u), tone.step);
+                let end = command(tone, first + 2u * j + 2u);
+                state = advance(plant, state, start, command(tone, first + 2u * j + 1u), end, tone.step);
+                start = end;
             }
         }
         if (period >= tone.settle) {

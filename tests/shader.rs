@@ -94,7 +94,7 @@ fn host_and_shader_lay_out_memory_alike() {
     let pairs = [
         (
             "Work",
-            fields!(Work: population, items, slice, wave),
+            fields!(Work: population, items, slice, padding),
             size_of::<layout::Work>(),
         ),
         ("Sample", sample, size_of::<layout::Sample>()),

@@ -31,8 +31,8 @@ pub mod layout {
         pub items: u32,
         /// Number of the time slice.
         pub slice: u32,
-        /// Length of the table of sines.
-        pub wave: u32,
+        /// Unused.
+        pub padding: u32,
     }
 
     /// `Sample` of the shader, with its `Input`.
@@ -167,7 +167,6 @@ enum Buffers {
         tones: wgpu::Buffer,
         wave: wgpu::Buffer,
         count: u32,
-        length: u32,
     },
 }
 
@@ -305,10 +304,6 @@ impl GpuEvaluator {
             ));
         }
 
-        let wave = match &prepared.data {
-            Buffers::Tones { length, .. } => *length,
-            Buffers::Series { .. } => 0,
-        };
         let align = self
             .device
             .limits()
@@ -320,7 +315,7 @@ impl GpuEvaluator {
                 population: count,
                 items,
                 slice,
-                wave,
+                padding: 0,
             };
             work[slice as usize * align..][..16].copy_from_slice(bytemuck::bytes_of(&entry));
         }
@@ -531,7 +526,6 @@ impl GpuEvaluator {
             tones: self.storage("tones", bytemuck::cast_slice(&entries)),
             wave: self.storage("wave", bytemuck::cast_slice(&table)),
             count: tones.len() as u32,
-            length: table.len() as u32,
         }
     }
 

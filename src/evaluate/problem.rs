@@ -220,9 +220,9 @@ impl Problem {
     }
 }
 
-/// One period of the sine stream: sine and cosine at every half step of the finest tone.
+/// One period of the sine stream, both ends included: sine and cosine at every half step of the finest tone.
 pub struct Wave {
-    /// (sin, cos), `2 · SAMPLES_PER_PERIOD · substeps` of them.
+    /// (sin, cos), `2 · SAMPLES_PER_PERIOD · substeps + 1` of them.
     pub table: Vec<[f64; 2]>,
     /// Substeps of the finest tone.
     pub substeps: u32,
@@ -234,7 +234,7 @@ impl Wave {
         let substeps = tones.iter().map(|t| t.substeps).max().unwrap_or(1);
         let count = 2 * SAMPLES_PER_PERIOD * substeps;
         let angle = |i| std::f64::consts::TAU * f64::from(i) / f64::from(count);
-        let table = (0..count)
+        let table = (0..=count)
             .map(|i| angle(i).sin_cos())
             .map(|(sin, cos)| [sin, cos])
             .collect();

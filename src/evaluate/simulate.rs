@@ -138,7 +138,7 @@ pub fn response<R: Real>(
     let stride = (wave.substeps / tone.substeps) as usize;
     let amplitude = R::constant(tone.amplitude);
     let input = |half_step: usize| {
-        let [sin, _] = wave.table[half_step * stride % wave.table.len()];
+        let [sin, _] = wave.table[half_step * stride];
         let mut input = Input::constant([0.0; 5]);
         input.command = amplitude * R::constant(sin);
         input
@@ -149,15 +149,15 @@ pub fn response<R: Real>(
         let mut chunk = [R::constant(0.0); 2];
         for sample in 0..SAMPLES_PER_PERIOD {
             let first = (2 * sample * tone.substeps) as usize;
-            let start = input(first);
             let [sin, cos] = wave.table[first * stride];
+            let mut start = input(first);
             let output = plant.observe(&state, &start)[0];
             chunk[0] = chunk[0] + output * R::constant(sin);
             chunk[1] = chunk[1] + output * R::constant(cos);
             for j in 0..tone.substeps as usize {
-                let at = first + 2 * j;
-                let inputs = [input(at), input(at + 1), input(at + 2)];
-                state = advance(plant, state, inputs.each_ref(), step);
+                let (middle, end) = (input(first + 2 * j + 1), input(first + 2 * j + 2));
+                state = advance(plant, state, [&start, &middle, &end], step);
+                start = end;
             }
         }
         if period >= tone.settle {

@@ -13,7 +13,7 @@ use servobee::report::{
 };
 use servobee::report::{ModelFile, OutputFolder};
 use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
-use servobee::search::{Fit, Plan, Settings, Start, fit};
+use servobee::search::{Fit, Neighbourhood, Plan, Settings, Start, fit};
 use servobee::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -47,6 +47,9 @@ pub(super) struct Arguments {
     /// Sines of the frequency response: as in the paper (four periods, one of which settles), or settled
     #[arg(long, value_enum, default_value_t = StreamName::Paper)]
     stream: StreamName,
+    /// What the paper's neighbourhood of 0.01 is a part of: of each parameter's range, or absolute in its unit
+    #[arg(long, value_enum, default_value_t = NeighbourhoodName::Relative)]
+    ngh: NeighbourhoodName,
     #[command(flatten)]
     options: Options,
 }
@@ -67,6 +70,25 @@ impl From<CaseName> for Case {
             CaseName::TwoAmplitude => Self::TwoAmplitude,
             CaseName::Step => Self::Step,
         }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum NeighbourhoodName {
+    Relative,
+    Absolute,
+}
+
+impl NeighbourhoodName {
+    /// The paper's settings with this reading of its neighbourhood.
+    fn paper(self) -> Settings {
+        let paper = Settings::paper();
+        let (Neighbourhood::Relative(size) | Neighbourhood::Absolute(size)) = paper.ngh;
+        let ngh = match self {
+            Self::Relative => Neighbourhood::Relative(size),
+            Self::Absolute => Neighbourhood::Absolute(size),
+        };
+        Settings { ngh, ..paper }
     }
 }
 
@@ -92,7 +114,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut files = Vec::new();
     for sheet in &sheets {
         let started = Instant::now();
-        let results = fit_all(sheet, &mut chosen, arguments.options.seed)?;
+        let results = fit_all(sheet, &mut chosen, arguments)?;
         let best = results
             .last()
             .map(|(_, fit)| fit)
@@ -178,18 +200,18 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
 }
 
 /// The paper's settings from both starts, and a large search with polish, which is the result.
-fn fit_all(sheet: &Sheet, chosen: &mut Chosen, seed: u64) -> Result<Vec<(&'static str, Fit)>> {
+fn fit_all(
+    sheet: &Sheet,
+    chosen: &mut Chosen,
+    arguments: &Arguments,
+) -> Result<Vec<(&'static str, Fit)>> {
+    let (paper, seed) = (arguments.ngh.paper(), arguments.options.seed);
     let hand_set = Start::Near(sheet.problem.start());
     let plans = [
-        (
-            "paper's settings, hand-set start",
-            Settings::paper(),
-            hand_set,
-            false,
-        ),
+        ("paper's settings, hand-set start", paper, hand_set, false),
         (
             "paper's settings, uniform start",
-            Settings::paper(),
+            paper,
             Start::Uniform,
             false,
         ),
@@ -302,6 +324,8 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
         "error".into(),
     ]);
     println!("{}", table(&head, rows));
+    let change = number(integration_error(sheet, best));
+    println!("Halving the integration steps changes the {quantity} by at most {change} {unit}.");
     if sheet.axes.len() == 2 {
         print_by_amplitude(sheet, &errors(sheet, best.values()));
     }
@@ -365,11 +389,6 @@ fn document(
 ) -> Document {
     let problem: &Problem = &sheet.problem;
     let simulated = sheet.simulated(problem, fit.values());
-    let finer = sheet.simulated(&problem.refined(2), fit.values());
-    let step_error = simulated
-        .iter()
-        .zip(&finer)
-        .fold(0.0f64, |worst, (a, b)| worst.max((a - b).abs()));
     let measured = sheet.measured();
     let score = Score::new(measured.iter().copied().zip(simulated.iter().copied()));
     let name = sheet.quantity.0.to_owned();
@@ -390,7 +409,7 @@ fn document(
         parameters: ParameterReport::of(problem, fit),
         not_identifiable: not_identifiable(fit),
         remaining: RemainingReport::default(),
-        integration_error: BTreeMap::from([(name, step_error)]),
+        integration_error: BTreeMap::from([(name, integration_error(sheet, fit))]),
         evaluator: chosen.evaluator.describe(),
         evaluator_reason: chosen.why.clone(),
         seed,
@@ -398,6 +417,16 @@ fn document(
         seconds,
         warnings: sheet.notes.clone(),
     }
+}
+
+/// The largest change at any point when the integration steps are halved.
+fn integration_error(sheet: &Sheet, fit: &Fit) -> f64 {
+    let simulated = sheet.simulated(&sheet.problem, fit.values());
+    let finer = sheet.simulated(&sheet.problem.refined(2), fit.values());
+    simulated
+        .iter()
+        .zip(&finer)
+        .fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
 }
 
 fn model_toml(problem: &Problem, fit: &Fit) -> String {

@@ -100,13 +100,14 @@ pub(super) fn combinations(directions: &Directions) -> Vec<Unidentifiable> {
     groups
 }
 
-/// For each weak column, the parameters of the direction that its uncertainty comes from.
+/// For each weak column, the weak parameters of the direction that its uncertainty comes from.
 pub(super) fn weak(
     directions: &Directions,
     columns: impl Iterator<Item = usize>,
 ) -> Vec<Unidentifiable> {
+    let columns: Vec<usize> = columns.collect();
     let mut groups: Vec<Unidentifiable> = Vec::new();
-    for column in columns {
+    for &column in &columns {
         let spread = |&k: &usize| directions.spread(column, k).abs();
         let Some(&weakest) = directions
             .determined
@@ -118,9 +119,7 @@ pub(super) fn weak(
         let takes_part = |&other: &usize| {
             other == column || directions.spectrum.vectors[(other, weakest)].abs() > SHARE
         };
-        let members = (0..directions.parameters.len())
-            .filter(takes_part)
-            .collect();
+        let members = columns.iter().copied().filter(takes_part).collect();
         let group = directions.group(members, Kind::Weak);
         if !groups.contains(&group) {
             groups.push(group);

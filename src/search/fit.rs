@@ -1,8 +1,8 @@
 //! A whole fit: bees find the valley, the polish finds its bottom and says how sure that is.
 
 use super::polish::{
-    LeastSquares, PolishOptions, Polished, Uncertainty, UncertaintyOptions,
-    autocorrelation_inflation, polish,
+    Kind, LeastSquares, PolishOptions, Polished, Uncertainty, UncertaintyOptions, Unidentifiable,
+    autocorrelation_inflation, polish, profile,
 };
 use super::{Bees, Settings, Start};
 use crate::Result;
@@ -127,7 +127,8 @@ pub fn fit(
                 inflation,
                 ..Default::default()
             };
-            let uncertainty = Uncertainty::new(&free, &polished, &options);
+            let mut uncertainty = Uncertainty::new(&free, &polished, &options);
+            profile_doubtful(&mut problem, &free, &polished, &mut uncertainty);
             Some((polished, uncertainty))
         }
     };
@@ -138,6 +139,40 @@ pub fn fit(
         polished,
         evaluations,
     })
+}
+
+/// Most parameters whose cost is followed, and most integration steps a candidate may take for that.
+const PROFILED: (usize, u64) = (4, 2_000_000);
+
+/// Where the curvature at the result says nothing of a parameter, because it sits on a bound or has no effect there, its
+/// interval comes from following the cost along it: a saturation that is never reached has a lower limit all the same.
+fn profile_doubtful(
+    problem: &mut Problem,
+    free: &[Parameter],
+    polished: &Polished,
+    uncertainty: &mut Uncertainty,
+) {
+    if free.len() > PROFILED.0 || problem.steps() > PROFILED.1 {
+        return;
+    }
+    let no_effect = |j: usize| {
+        let alone =
+            |group: &Unidentifiable| group.kind == Kind::NoEffect && group.parameters == [j];
+        uncertainty.unidentifiable.iter().any(alone)
+    };
+    let doubtful: Vec<usize> = (0..free.len())
+        .filter(|&j| polished.at_bound[j].is_some() || no_effect(j))
+        .collect();
+    for j in doubtful {
+        uncertainty.intervals[j] = profile(
+            problem,
+            free,
+            polished,
+            uncertainty,
+            j,
+            &PolishOptions::default(),
+        );
+    }
 }
 
 /// How much less a row of coloured residuals says than a white one would.

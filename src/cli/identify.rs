@@ -231,13 +231,19 @@ fn print(identified: &Identified, document: &Document) {
         println!("Not identifiable: {line}");
     }
     println!();
-    if document.remaining.structured {
-        println!(
+    let known = &document.remaining.correlates_with;
+    match (document.remaining.structured, known.is_empty()) {
+        (true, false) => println!(
             "The residual is more than noise: it depends on {}. The base model lacks something.",
-            document.remaining.correlates_with.join(", ")
-        );
-    } else {
-        println!("The residual depends on nothing that this record shows: nothing is missing.");
+            known.join(", ")
+        ),
+        (true, true) => println!(
+            "The residual is far above the noise floor, but follows neither the command, its powers, rate and direction \
+             nor time: the base model lacks something."
+        ),
+        (false, _) => {
+            println!("The residual depends on nothing that this record shows: nothing is missing.")
+        }
     }
     for (channel, change) in &identified.integration_error {
         println!(

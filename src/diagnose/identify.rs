@@ -59,6 +59,9 @@ impl Measurements {
     }
 }
 
+/// A residual this many times the noise floor is not noise, whatever it does or does not correlate with.
+const ABOVE_NOISE: f64 = 2.0;
+
 /// Errors on fitted and on held-out data, by channel.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Sides {
@@ -133,8 +136,11 @@ pub fn identify(
         let measured: Vec<f64> = rows.iter().map(|row| row.1).collect();
         let residual: Vec<f64> = rows.iter().map(|row| row.1 - row.2).collect();
         let name = output.name().to_owned();
-        noise.insert(name.clone(), noise_floor(&command, &measured, &residual));
-        left.insert(name.clone(), remaining(&command, &residual, plan.seed));
+        let floor = noise_floor(&command, &measured, &residual);
+        let mut rest = remaining(&command, &residual, plan.seed);
+        rest.structured |= errors.fit[&name].rmse > ABOVE_NOISE * floor.value;
+        noise.insert(name.clone(), floor);
+        left.insert(name.clone(), rest);
         let pairs = fitted
             .iter()
             .flat_map(|compared| &compared.simulated)

@@ -17,7 +17,7 @@ const WEAKEST: f64 = 0.03;
 /// What is left in the residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Remaining {
-    /// Whether it depends on any of the signals.
+    /// Whether it depends on any of the signals, or is far above the noise floor.
     pub structured: bool,
     /// The signals that it depends on, the strongest first, with their largest correlation coefficient over the lags.
     pub correlates_with: Vec<(&'static str, f64)>,

@@ -1,10 +1,17 @@
 //! The GPU evaluator: one invocation a candidate and record, or a candidate and tone.
 
+mod adapter;
+pub mod layout;
+mod pipeline;
+
+pub use adapter::{adapters, best, describe, is_software, kind, none_found};
+pub use pipeline::Checks;
+
 use super::problem::{Data, Problem, SAMPLES_PER_PERIOD, Series, Tone, Wave};
 use super::simulate::SLICE;
 use super::{Cost, Evaluator, Population, wgsl};
 use crate::{Error, Result};
-use bytemuck::{Pod, Zeroable};
+use pipeline::Pipeline;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,120 +24,6 @@ const MOST_WORKGROUPS: u64 = 65_535;
 /// How long a submission may take before the device counts as hung.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// The shader's structs, field by field; a test holds their offsets against naga's.
-pub mod layout {
-    use super::{Pod, Zeroable};
-
-    /// `Work` of the shader.
-    #[repr(C)]
-    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub struct Work {
-        /// Candidates in this dispatch.
-        pub population: u32,
-        /// Records or tones.
-        pub items: u32,
-        /// Number of the time slice.
-        pub slice: u32,
-        /// Unused.
-        pub padding: u32,
-    }
-
-    /// `Sample` of the shader, with its `Input`.
-    #[repr(C)]
-    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub struct Sample {
-        /// Length of the integration steps to the next row, s.
-        pub step: f32,
-        /// How many of them there are.
-        pub substeps: u32,
-        /// Weight of the row's squared errors.
-        pub weight: f32,
-        /// Command, supply, tank, A and B.
-        pub input: [f32; 5],
-        /// Measured spool, flow and position.
-        pub target: [f32; 3],
-        /// Unused.
-        pub padding: f32,
-    }
-
-    /// `Series` of the shader.
-    #[repr(C)]
-    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub struct Series {
-        /// Its first row in the buffer of samples.
-        pub first: u32,
-        /// How many rows it has.
-        pub count: u32,
-    }
-
-    /// `Tone` of the shader.
-    #[repr(C)]
-    #[derive(Debug, Clone, Copy, Pod, Zeroable)]
-    pub struct Tone {
-        /// Amplitude, in the unit of the command.
-        pub amplitude: f32,
-        /// Length of an integration step, s.
-        pub step: f32,
-        /// Steps between two correlated samples.
-        pub substeps: u32,
-        /// Entries of the table of sines for each half step.
-        pub stride: u32,
-        /// Periods before the correlation begins.
-        pub settle: u32,
-        /// Periods that are correlated.
-        pub measure: u32,
-    }
-
-    // The sizes that the shader's arrays step by.
-    const _: () = assert!(size_of::<Work>() == 16);
-    const _: () = assert!(size_of::<Sample>() == 48);
-    const _: () = assert!(size_of::<Series>() == 8);
-    const _: () = assert!(size_of::<Tone>() == 24);
-}
-
-/// The adapters of this machine, in wgpu's order.
-pub fn adapters() -> Vec<wgpu::Adapter> {
-    let instance =
-        wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()))
-}
-
-/// The error that a GPU is asked for and there is no adapter.
-pub fn none_found() -> Error {
-    Error::failed(
-        "--evaluator gpu, but this machine shows no GPU adapter",
-        "install a Vulkan driver (mesa-vulkan-drivers is one in software), or use --evaluator cpu",
-    )
-}
-
-/// Whether an adapter is software on the CPU, such as lavapipe.
-pub fn is_software(adapter: &wgpu::Adapter) -> bool {
-    adapter.get_info().device_type == wgpu::DeviceType::Cpu
-}
-
-/// The adapter that an evaluation would use: a discrete GPU before an integrated one before a virtual one before
-/// software; among equals the first.
-pub fn best(adapters: &[wgpu::Adapter]) -> Option<&wgpu::Adapter> {
-    adapters
-        .iter()
-        .min_by_key(|adapter| match adapter.get_info().device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        })
-}
-
-/// Whether the driver's checks guard the shader's loops and indices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Checks {
-    /// Loops are bounded and indices clamped: for tests.
-    On,
-    /// As the composed shader stands: for speed. Every index in it is below its buffer's length by construction.
-    Off,
-}
-
 /// Evaluates populations on a GPU.
 pub struct GpuEvaluator {
     device: wgpu::Device,
@@ -141,11 +34,6 @@ pub struct GpuEvaluator {
     largest: u64,
     pipelines: HashMap<String, Arc<Pipeline>>,
     prepared: Option<Prepared>,
-}
-
-struct Pipeline {
-    pipeline: wgpu::ComputePipeline,
-    layout: wgpu::BindGroupLayout,
 }
 
 /// The buffers of the problem that was evaluated last.
@@ -539,70 +427,13 @@ impl GpuEvaluator {
         if let Some(known) = self.pipelines.get(&key) {
             return Ok(known.clone());
         }
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let descriptor = wgpu::ShaderModuleDescriptor {
-            label: Some(entry),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        };
-        let module = match self.checks {
-            Checks::On => self.device.create_shader_module(descriptor),
-            // SAFETY: the composed shader's loops end and its indices stay inside their buffers, whatever the
-            // candidates' values: they follow from counts that this module writes itself.
-            Checks::Off => unsafe {
-                self.device.create_shader_module_trusted(
-                    descriptor,
-                    wgpu::ShaderRuntimeChecks::unchecked(),
-                )
-            },
-        };
-        let layout_entry = |binding: u32| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: match binding {
-                    0 => wgpu::BufferBindingType::Uniform,
-                    5 | 6 => wgpu::BufferBindingType::Storage { read_only: false },
-                    _ => wgpu::BufferBindingType::Storage { read_only: true },
-                },
-                has_dynamic_offset: binding == 0,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let entries: Vec<_> = std::iter::once(&0)
-            .chain(bindings)
-            .map(|&binding| layout_entry(binding))
-            .collect();
-        let layout = self
-            .device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some(entry),
-                entries: &entries,
-            });
-        let pipeline_layout = self
-            .device
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some(entry),
-                bind_group_layouts: &[Some(&layout)],
-                immediate_size: 0,
-            });
-        let pipeline = self
-            .device
-            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            });
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(Error::failed(
+        let pipeline = Pipeline::compile(&self.device, self.checks, entry, bindings, source);
+        let pipeline = Arc::new(pipeline.map_err(|error| {
+            Error::failed(
                 format!("\"{}\" refuses the shader: {error}", self.info.name),
                 "use --evaluator cpu, and report this",
-            ));
-        }
-        let pipeline = Arc::new(Pipeline { pipeline, layout });
+            )
+        })?);
         self.pipelines.insert(key, pipeline.clone());
         Ok(pipeline)
     }
@@ -635,27 +466,4 @@ impl Evaluator for GpuEvaluator {
     fn costs(&mut self, problem: &Problem, population: &Population) -> Result<Vec<Cost>> {
         self.costs_with(&wgsl::compose(problem), problem, population)
     }
-}
-
-/// What kind of device an adapter is, in words.
-pub fn kind(info: &wgpu::AdapterInfo) -> &'static str {
-    match info.device_type {
-        wgpu::DeviceType::DiscreteGpu => "discrete GPU",
-        wgpu::DeviceType::IntegratedGpu => "integrated GPU",
-        wgpu::DeviceType::VirtualGpu => "virtual GPU",
-        wgpu::DeviceType::Cpu => "software on the CPU",
-        wgpu::DeviceType::Other => "other",
-    }
-}
-
-/// An adapter in words: name, backend, kind, driver.
-pub fn describe(info: &wgpu::AdapterInfo) -> String {
-    format!(
-        "{} ({}, {}, {} {})",
-        info.name,
-        info.backend,
-        kind(info),
-        info.driver,
-        info.driver_info
-    )
 }

@@ -1,0 +1,69 @@
+//! The shader's structs, field by field; a test holds their offsets against naga's.
+
+use bytemuck::{Pod, Zeroable};
+
+/// `Work` of the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Work {
+    /// Candidates in this dispatch.
+    pub population: u32,
+    /// Records or tones.
+    pub items: u32,
+    /// Number of the time slice.
+    pub slice: u32,
+    /// Unused.
+    pub padding: u32,
+}
+
+/// `Sample` of the shader, with its `Input`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Sample {
+    /// Length of the integration steps to the next row, s.
+    pub step: f32,
+    /// How many of them there are.
+    pub substeps: u32,
+    /// Weight of the row's squared errors.
+    pub weight: f32,
+    /// Command, supply, tank, A and B.
+    pub input: [f32; 5],
+    /// Measured spool, flow and position.
+    pub target: [f32; 3],
+    /// Unused.
+    pub padding: f32,
+}
+
+/// `Series` of the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Series {
+    /// Its first row in the buffer of samples.
+    pub first: u32,
+    /// How many rows it has.
+    pub count: u32,
+}
+
+/// `Tone` of the shader.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+pub struct Tone {
+    /// Amplitude, in the unit of the command.
+    pub amplitude: f32,
+    /// Length of an integration step, s.
+    pub step: f32,
+    /// Steps between two correlated samples.
+    pub substeps: u32,
+    /// Entries of the table of sines for each half step.
+    pub stride: u32,
+    /// Periods before the correlation begins.
+    pub settle: u32,
+    /// Periods that are correlated.
+    pub measure: u32,
+}
+
+// The sizes that the shader's arrays step by.
+const _: () = assert!(size_of::<Work>() == 16);
+const _: () = assert!(size_of::<Sample>() == 48);
+const _: () = assert!(size_of::<Series>() == 8);
+const _: () = assert!(size_of::<Tone>() == 24);

@@ -1,0 +1,83 @@
+//! Compiling a composed shader.
+
+/// Whether the driver's checks guard the shader's loops and indices.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Checks {
+    /// Loops are bounded and indices clamped: for tests.
+    On,
+    /// As the composed shader stands: for speed. Every index in it is below its buffer's length by construction.
+    Off,
+}
+
+/// A compiled entry point and the layout of its bindings.
+pub(super) struct Pipeline {
+    pub(super) pipeline: wgpu::ComputePipeline,
+    pub(super) layout: wgpu::BindGroupLayout,
+}
+
+impl Pipeline {
+    /// Compiles `entry` of `source`, which uses binding 0 and `bindings`.
+    pub(super) fn compile(
+        device: &wgpu::Device,
+        checks: Checks,
+        entry: &str,
+        bindings: &[u32],
+        source: &str,
+    ) -> Result<Self, wgpu::Error> {
+        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let descriptor = wgpu::ShaderModuleDescriptor {
+            label: Some(entry),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        };
+        let module = match checks {
+            Checks::On => device.create_shader_module(descriptor),
+            // SAFETY: the composed shader's loops end and its indices stay inside their buffers, whatever the
+            // candidates' values: they follow from counts that this module writes itself.
+            Checks::Off => unsafe {
+                device.create_shader_module_trusted(
+                    descriptor,
+                    wgpu::ShaderRuntimeChecks::unchecked(),
+                )
+            },
+        };
+        let layout_entry = |binding: u32| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: match binding {
+                    0 => wgpu::BufferBindingType::Uniform,
+                    5 | 6 => wgpu::BufferBindingType::Storage { read_only: false },
+                    _ => wgpu::BufferBindingType::Storage { read_only: true },
+                },
+                has_dynamic_offset: binding == 0,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let entries: Vec<_> = std::iter::once(&0)
+            .chain(bindings)
+            .map(|&binding| layout_entry(binding))
+            .collect();
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(entry),
+            entries: &entries,
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(entry),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            cache: None,
+        });
+        match pollster::block_on(scope.pop()) {
+            Some(error) => Err(error),
+            None => Ok(Self { pipeline, layout }),
+        }
+    }
+}

@@ -112,6 +112,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let sheets = sheets(arguments)?;
     let mut chosen = arguments.options.evaluator()?;
     let mut files = Vec::new();
+    let mut report: Option<Document> = None;
     for sheet in &sheets {
         let started = Instant::now();
         let results = fit_all(sheet, &mut chosen, arguments)?;
@@ -120,30 +121,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .map(|(_, fit)| fit)
             .expect("every sheet is fitted");
         print(sheet, &results);
-        if output.is_some() {
-            let prefix = if sheets.len() > 1 {
-                format!("{}_", sheet.quantity.0)
-            } else {
-                String::new()
-            };
-            let seconds = started.elapsed().as_secs_f64();
-            let evaluations = results.iter().map(|(_, fit)| fit.evaluations).sum();
-            let document = document(
-                sheet,
-                best,
-                &chosen,
-                arguments.options.seed,
-                evaluations,
-                seconds,
-            );
-            files.push((format!("{prefix}report.json"), document.to_json()));
-            files.push((
-                format!("{prefix}model.toml"),
-                model_toml(&sheet.problem, best),
-            ));
-            files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
-        }
+        let seconds = started.elapsed().as_secs_f64();
+        let evaluations = results.iter().map(|(_, fit)| fit.evaluations).sum();
+        let document = document(
+            sheet,
+            best,
+            &chosen,
+            arguments.options.seed,
+            evaluations,
+            seconds,
+        );
+        report = Some(match report {
+            Some(earlier) => earlier.and(document),
+            None => document,
+        });
+        let prefix = if sheets.len() > 1 {
+            format!("{}_", sheet.quantity.0)
+        } else {
+            String::new()
+        };
+        files.push((
+            format!("{prefix}model.toml"),
+            model_toml(&sheet.problem, best),
+        ));
+        files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
     }
+    let report = report.expect("at least one sheet").to_json();
+    files.insert(0, ("report.json".into(), report));
     save(output, files)
 }
 

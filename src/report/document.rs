@@ -232,6 +232,30 @@ impl Document {
         }
     }
 
+    /// This document and `other`, of another curve of the same valve and the same run, in one.
+    pub fn and(mut self, other: Self) -> Self {
+        for (own, more) in [
+            (&mut self.error.before, other.error.before),
+            (&mut self.error.after, other.error.after),
+        ] {
+            own.fit.extend(more.fit);
+            own.hold_out.extend(more.hold_out);
+        }
+        self.noise_floor.extend(other.noise_floor);
+        self.noise_method.extend(other.noise_method);
+        self.parameters.extend(other.parameters);
+        self.not_identifiable.extend(other.not_identifiable);
+        self.remaining.structured |= other.remaining.structured;
+        self.remaining
+            .correlates_with
+            .extend(other.remaining.correlates_with);
+        self.integration_error.extend(other.integration_error);
+        self.evaluations += other.evaluations;
+        self.seconds += other.seconds;
+        self.warnings.extend(other.warnings);
+        self
+    }
+
     /// The document as JSON text.
     pub fn to_json(&self) -> String {
         let mut text = serde_json::to_string_pretty(self).expect("the document is plain data");

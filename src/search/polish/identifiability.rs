@@ -2,7 +2,7 @@
 
 use super::Triangle;
 use super::coordinates::to_search;
-use super::uncertainty::Directions;
+use super::directions::Directions;
 use crate::model::Parameter;
 
 /// A parameter takes part in a direction if its component, columns scaled to one, is at least this.

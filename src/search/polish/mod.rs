@@ -8,6 +8,7 @@
 
 mod autocorrelation;
 mod coordinates;
+mod directions;
 mod identifiability;
 mod profile;
 mod spectrum;

@@ -1,12 +1,11 @@
 //! Intervals of the parameters from the curvature of the cost at its minimum.
 
-use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::Polished;
 use super::coordinates::{slope, to_search, to_value};
+use super::directions::Directions;
 use super::identifiability::{self, Unidentifiable};
-use super::spectrum::Spectrum;
-use super::{Polished, Triangle};
 use crate::model::{Parameter, Scale};
 
 /// The range of values of one parameter that the data allow with 95 % confidence, in the parameter's unit.
@@ -184,68 +183,6 @@ fn student_t(degrees_of_freedom: f64) -> f64 {
         return z + (first + second / degrees_of_freedom) / degrees_of_freedom;
     }
     StudentsT::new(0.0, 1.0, degrees_of_freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
-}
-
-/// The directions in parameter space along which the data do or do not determine the parameters.
-pub(super) struct Directions {
-    /// Index of the parameter that each column stands for.
-    pub(super) parameters: Vec<usize>,
-    /// Columns of `spectrum` that the data determine.
-    pub(super) determined: Vec<usize>,
-    /// Columns of `spectrum` that they do not.
-    pub(super) undetermined: Vec<usize>,
-    /// Of the Jacobian, its columns scaled to one.
-    pub(super) spectrum: Spectrum,
-    norms: DVector<f64>,
-}
-
-impl Directions {
-    fn new(triangle: &Triangle, parameters: &[usize], singular_ratio: f64) -> Self {
-        let norms = triangle.column_norms();
-        let parameters: Vec<usize> = parameters
-            .iter()
-            .copied()
-            .filter(|&j| norms[j] > 0.0)
-            .collect();
-        let mut scaled = triangle.r().select_columns(&parameters);
-        let norms = norms.select_rows(&parameters);
-        for (mut column, norm) in scaled.column_iter_mut().zip(&norms) {
-            column.unscale_mut(*norm);
-        }
-        let spectrum = Spectrum::new(scaled);
-        let threshold = singular_ratio * spectrum.values.iter().copied().fold(0.0, f64::max);
-        let (determined, undetermined) =
-            (0..parameters.len()).partition(|&k| spectrum.values[k] > threshold);
-        Self {
-            parameters,
-            determined,
-            undetermined,
-            spectrum,
-            norms,
-        }
-    }
-
-    /// Component `column` of direction `k`, divided by its singular value.
-    pub(super) fn spread(&self, column: usize, k: usize) -> f64 {
-        self.spectrum.vectors[(column, k)] / self.spectrum.values[k]
-    }
-
-    /// Projector onto the undetermined directions.
-    pub(super) fn undetermined_projector(&self) -> DMatrix<f64> {
-        let basis = self.spectrum.vectors.select_columns(&self.undetermined);
-        &basis * basis.transpose()
-    }
-
-    /// Standard error of each column for residuals of unit variance, in search coordinates.
-    fn errors(&self) -> DVector<f64> {
-        DVector::from_fn(self.parameters.len(), |column, _| {
-            let squares = self
-                .determined
-                .iter()
-                .map(|&k| self.spread(column, k).powi(2));
-            squares.sum::<f64>().sqrt() / self.norms[column]
-        })
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,9 @@
 //! The commands simulate, devices and bench, as a user calls them.
 
+mod program;
+
 use assert_cmd::Command;
+use program::{printed, refused, servobee};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;
@@ -9,40 +12,7 @@ use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use std::fs::{read_dir, read_to_string, write};
 use std::path::Path;
-use std::process::Output as Ran;
 use tempfile::TempDir;
-
-/// Runs the program in `folder`, not on a terminal.
-fn servobee(folder: &Path, arguments: &[&str]) -> Ran {
-    let mut command = Command::cargo_bin("servobee").unwrap();
-    command
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-/// What a successful call prints: no escape code, nothing that overwrites a line.
-fn printed(ran: &Ran) -> String {
-    let errors = String::from_utf8_lossy(&ran.stderr);
-    assert!(ran.status.success(), "{errors}");
-    for stream in [&ran.stdout, &ran.stderr] {
-        assert!(
-            !stream.contains(&b'\x1b') && !stream.contains(&b'\r'),
-            "{errors}"
-        );
-    }
-    String::from_utf8(ran.stdout.clone()).unwrap()
-}
-
-/// The one line that a call refused with exit code 2 prints.
-fn refused(ran: &Ran) -> String {
-    let errors = String::from_utf8(ran.stderr.clone()).unwrap();
-    assert_eq!(ran.status.code(), Some(2), "{errors}");
-    assert!(ran.stdout.is_empty());
-    assert_eq!(errors.lines().count(), 1, "{errors}");
-    errors
-}
 
 fn files(folder: &Path) -> usize {
     read_dir(folder).unwrap().count()
@@ -235,7 +205,7 @@ fn start(name: &str) -> f64 {
 fn devices_name_the_cpu_and_what_is_used() {
     let folder = tempfile::tempdir().unwrap();
     let text = printed(&servobee(folder.path(), &["devices"]));
-    assert!(text.starts_with("CPU (f64 lanes"), "{text}");
+    assert!(text.starts_with("CPU (f32 lanes"), "{text}");
     assert!(text.contains("--evaluator auto uses"), "{text}");
 }
 

@@ -12,7 +12,8 @@ use servobee::evaluate::{Choice, CpuEvaluator, Evaluator, Precision, choose, gpu
 pub(super) struct Arguments {}
 
 pub(super) fn run(_: &Arguments) -> Result<()> {
-    println!("{}\n", CpuEvaluator::new(Precision::F64).describe());
+    let cpu = CpuEvaluator::new(Precision::F32).describe();
+    println!("{cpu}, {} threads\n", rayon::current_num_threads());
     let adapters = gpu::adapters();
     if adapters.is_empty() {
         println!(

@@ -8,8 +8,11 @@ mod options;
 mod simulate;
 mod table;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
-use servobee::Result;
+use servobee::{Error, Result};
+
+const HELP_WITHOUT_COMMAND: ErrorKind = ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
 
 /// Finds the parameters of electro-hydraulic servo valves with the Bees Algorithm.
 #[derive(Parser)]
@@ -30,11 +33,34 @@ enum Command {
 
 /// Runs the command that the process was called with.
 pub(crate) fn run() -> Result<()> {
-    match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // Help and version are no errors, and come with their own exit code.
+        Err(error) if !error.use_stderr() || error.kind() == HELP_WITHOUT_COMMAND => error.exit(),
+        Err(error) => return Err(wrong_call(&error)),
+    };
+    match cli.command {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }
+}
+
+/// A call that clap refuses, in one line.
+fn wrong_call(error: &clap::Error) -> Error {
+    let text = error.render().to_string();
+    let cause: Vec<&str> = text
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more information"))
+        .filter(|line| !line.is_empty())
+        .collect();
+    let cause = cause.join(" ");
+    Error::input(
+        "call",
+        cause.trim_start_matches("error: "),
+        "servobee --help and servobee COMMAND --help say more",
+    )
 }

@@ -62,6 +62,9 @@ impl Measurements {
 /// A residual this many times the noise floor is not noise, whatever it does or does not correlate with.
 const ABOVE_NOISE: f64 = 2.0;
 
+/// A fit (%) beyond which the residual is that of the integrator, not of the model.
+const EXACT: f64 = 99.99;
+
 /// Errors on fitted and on held-out data, by channel.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Sides {
@@ -137,8 +140,18 @@ pub fn identify(
         let residual: Vec<f64> = rows.iter().map(|row| row.1 - row.2).collect();
         let name = output.name().to_owned();
         let floor = noise_floor(&command, &measured, &residual);
-        let mut rest = remaining(&command, &residual, plan.seed);
-        rest.structured |= errors.fit[&name].rmse > ABOVE_NOISE * floor.value;
+        let error = errors.fit[&name];
+        let rest = match error.fit_percent {
+            Some(percent) if percent > EXACT => Remaining {
+                structured: false,
+                correlates_with: Vec::new(),
+            },
+            _ => {
+                let mut rest = remaining(&command, &residual, plan.seed);
+                rest.structured |= error.rmse > ABOVE_NOISE * floor.value;
+                rest
+            }
+        };
         noise.insert(name.clone(), floor);
         left.insert(name.clone(), rest);
         let pairs = fitted

@@ -41,11 +41,7 @@ impl Evaluator for CpuEvaluator {
             Precision::F64 => "f64",
             Precision::F32 => "f32",
         };
-        format!(
-            "CPU ({name} lanes, {}, {} threads)",
-            instructions(),
-            rayon::current_num_threads()
-        )
+        format!("CPU ({name} lanes, {})", instructions())
     }
 
     fn costs(&mut self, problem: &Problem, population: &Population) -> Result<Vec<Cost>> {

@@ -1,0 +1,646 @@
+//! The command identify, as a user calls it.
+
+mod program;
+
+use program::{
+    columns, has_gpu, json, measured, names, off, printed, refused, rms, servobee, servobee_with,
+    value,
+};
+use serde_json::Value;
+use servobee::evaluate::problem::Series;
+use servobee::evaluate::simulate::outputs;
+use servobee::model::{Output, Structure};
+use servobee::record::{self, Channel, Record};
+use std::fs::{copy, create_dir, read_to_string, write};
+use std::path::Path;
+use tempfile::TempDir;
+
+const BENCH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv");
+/// Of every record the last 30 % are held out.
+const BENCH_ROWS: [usize; 2] = [4200, 1800];
+
+/// A folder with the record of the test bench.
+fn bench() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    copy(BENCH, folder.path().join("bench.csv")).unwrap();
+    folder
+}
+
+/// A folder with a short and lively part of the same record, as text.
+fn excerpt() -> (TempDir, String) {
+    let text = read_to_string(BENCH).unwrap();
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    let rows: Vec<&str> = lines.skip(600).take(1500).collect();
+    let text = format!("{header}\n{}\n", rows.join("\n"));
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("bench.csv"), &text).unwrap();
+    (folder, text)
+}
+
+/// The report of a run that succeeds.
+fn report(folder: &Path, arguments: &[&str]) -> Value {
+    let call = [&["identify"], arguments, &["--out", "out"]].concat();
+    printed(&servobee(folder, &call));
+    json(folder.join("out/report.json"))
+}
+
+fn without_time(text: &str) -> String {
+    let lines = text
+        .lines()
+        .filter(|line| !line.starts_with("  \"seconds\": "));
+    lines.collect::<Vec<&str>>().join("\n")
+}
+
+#[test]
+fn the_report_has_every_field_of_the_contract() {
+    let folder = bench();
+    let report = report(folder.path(), &["bench.csv", "--seed", "3"]);
+    assert_eq!(
+        names(&folder.path().join("out")),
+        ["model.toml", "report.json", "residual.csv"]
+    );
+
+    assert_eq!(report["schema"], "servobee/report/1");
+    let verdict = report["verdict"].as_str().unwrap();
+    assert!(
+        ["found", "none", "unexplained"].contains(&verdict),
+        "{verdict}"
+    );
+    let strings = |list: &Value| {
+        let list = list.as_array().expect("a list");
+        list.iter().all(Value::is_string)
+    };
+    for effect in report["effects"].as_array().unwrap() {
+        assert!(
+            effect["name"].is_string() && effect["port"].is_string(),
+            "{effect}"
+        );
+        assert!(strings(&effect["tied_with"]), "{effect}");
+        assert!(
+            effect["error_before"].is_number() && effect["error_after"].is_number(),
+            "{effect}"
+        );
+    }
+    for when in ["before", "after"] {
+        for part in ["fit", "hold_out"] {
+            for channel in ["spool", "flow"] {
+                let score = &report["error"][when][part][channel];
+                assert!(score["rmse"].as_f64().unwrap() > 0.0, "{score}");
+                assert!(score["fit_percent"].as_f64().unwrap() < 100.0, "{score}");
+            }
+        }
+    }
+    for channel in ["spool", "flow"] {
+        assert!(report["noise_floor"][channel].as_f64().unwrap() > 0.0);
+    }
+    let parameters = report["parameters"].as_array().unwrap();
+    for name in ["gain", "time_constant", "saturation", "max_area"] {
+        let parameter = parameters.iter().find(|p| p["name"] == name).unwrap();
+        assert!(parameter["unit"].is_string(), "{parameter}");
+        let number = |key: &str| parameter[key].as_f64().unwrap();
+        assert!(number("low") < number("value") && number("value") < number("high"));
+        assert!(number("before") > 0.0);
+        assert_eq!(parameter["at_bound"], false);
+    }
+    assert!(report["remaining"]["structured"].is_boolean());
+    assert!(strings(&report["remaining"]["correlates_with"]));
+    assert!(report["evaluator"].is_string());
+    assert_eq!(report["seed"], 3);
+    assert!(report["evaluations"].as_u64().unwrap() > 100);
+    assert!(report["seconds"].as_f64().unwrap() > 0.0);
+    assert!(strings(&report["warnings"]));
+}
+
+#[test]
+fn the_base_model_leaves_far_more_than_noise_and_the_report_says_so() {
+    let folder = bench();
+    let call = ["identify", "bench.csv", "--effects", "none", "--out", "out"];
+    let text = printed(&servobee(folder.path(), &call));
+    assert!(text.contains("The residual is more than noise"), "{text}");
+    let report = json(folder.path().join("out/report.json"));
+    assert_eq!(report["verdict"], "unexplained");
+    assert_eq!(report["remaining"]["structured"], true);
+    assert_eq!(report["effects"].as_array().unwrap().len(), 0);
+    // 0.3 % of 10 V and of 57.6 L/min.
+    for (channel, noise) in [("spool", 0.03), ("flow", 0.173)] {
+        let floor = report["noise_floor"][channel].as_f64().unwrap();
+        assert!(off(floor, noise) < 0.2, "{channel}: {floor}");
+        let error = &report["error"]["before"]["hold_out"][channel];
+        assert!(error["rmse"].as_f64().unwrap() > 5.0 * noise, "{error}");
+    }
+    // The delay is in no way of the valve's size: the rated flow follows from 0.4 cm2 all the same.
+    assert!(off(value(&report, "max_area"), 0.4) < 0.01);
+}
+
+#[test]
+fn the_residual_file_holds_every_row_and_the_errors_of_the_report() {
+    let folder = bench();
+    let report = report(folder.path(), &["bench.csv"]);
+    let path = folder.path().join("out/residual.csv");
+    let text = read_to_string(&path).unwrap();
+    let starts = ["bench,fit,", "bench,hold_out,"];
+    let rows = starts.map(|start| text.lines().filter(|line| line.starts_with(start)).count());
+    assert_eq!(rows, BENCH_ROWS);
+    let columns = columns(&path);
+    let column = |name: &str| {
+        let found = columns.iter().find(|column| column.0 == name);
+        &found.unwrap_or_else(|| panic!("no column {name}")).1
+    };
+    assert_eq!(columns[2].0, "time [s]");
+    let parts = [
+        ("fit", 0..BENCH_ROWS[0]),
+        ("hold_out", BENCH_ROWS[0]..BENCH_ROWS[0] + BENCH_ROWS[1]),
+    ];
+    for (channel, unit) in [("spool", "V"), ("flow", "L/min")] {
+        let measured = column(&format!("{channel} measured [{unit}]"));
+        for when in ["before", "after"] {
+            let simulated = column(&format!("{channel} {when} [{unit}]"));
+            for (part, rows) in parts.clone() {
+                let error = rms(rows.map(|row| measured[row] - simulated[row]));
+                let reported = report["error"][when][part][channel]["rmse"].as_f64();
+                assert!(
+                    off(error, reported.unwrap()) < 1e-9,
+                    "{channel} {when} {part}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_model_file_simulates_to_the_same_error_and_is_found_again() {
+    let folder = bench();
+    let first = report(folder.path(), &["bench.csv", "--effects", "none"]);
+    let text = printed(&servobee(
+        folder.path(),
+        &["simulate", "out/model.toml", "bench.csv"],
+    ));
+    for channel in ["spool", "flow"] {
+        let square = |part: &str, rows: usize| {
+            let rmse = first["error"]["after"][part][channel]["rmse"].as_f64();
+            rmse.unwrap().powi(2) * rows as f64
+        };
+        let sum = square("fit", BENCH_ROWS[0]) + square("hold_out", BENCH_ROWS[1]);
+        let whole = (sum / BENCH_ROWS.iter().sum::<usize>() as f64).sqrt();
+        let line = text.lines().find(|line| line.starts_with(channel));
+        let printed: f64 = line
+            .unwrap()
+            .split_whitespace()
+            .nth(2)
+            .unwrap()
+            .parse()
+            .unwrap();
+        assert!(
+            off(printed, whole) < 1e-3,
+            "{channel}: {printed}, not {whole}"
+        );
+    }
+
+    let call = [
+        "identify",
+        "bench.csv",
+        "--effects",
+        "none",
+        "--model",
+        "out/model.toml",
+        "--out",
+        "again",
+    ];
+    printed(&servobee(folder.path(), &call));
+    let again = json(folder.path().join("again/report.json"));
+    for name in ["gain", "time_constant", "saturation", "max_area"] {
+        let (first, again) = (value(&first, name), value(&again, name));
+        assert!(off(again, first) < 1e-4, "{name}: {first}, then {again}");
+    }
+}
+
+#[test]
+fn a_model_file_fixes_what_it_names() {
+    let (folder, _) = excerpt();
+    let model = "[[parameter]]\nname = \"saturation\"\nvalue = 1.5\nfixed = true\n";
+    write(folder.path().join("known.toml"), model).unwrap();
+    let report = report(folder.path(), &["bench.csv", "--model", "known.toml"]);
+    assert_eq!(value(&report, "saturation"), 1.5);
+}
+
+#[test]
+fn the_same_call_writes_the_same_files_on_any_number_of_threads() {
+    let folder = bench();
+    let run = |out: &str, set: &[(&str, &str)]| {
+        let call = [
+            "identify",
+            "bench.csv",
+            "--evaluator",
+            "cpu",
+            "--seed",
+            "7",
+            "--out",
+            out,
+        ];
+        printed(&servobee_with(folder.path(), &call, set));
+        let read = |name: &str| read_to_string(folder.path().join(out).join(name)).unwrap();
+        let report = read("report.json");
+        assert!(report.contains("\n  \"seconds\": "), "{report}");
+        (
+            without_time(&report),
+            read("model.toml"),
+            read("residual.csv"),
+        )
+    };
+    let first = run("first", &[]);
+    assert_eq!(first.0, run("second", &[]).0);
+    let single = run("single", &[("RAYON_NUM_THREADS", "1")]);
+    assert_eq!(first.0, single.0);
+    assert!(first == single, "model.toml or residual.csv differ");
+}
+
+#[test]
+fn the_gpu_finds_the_parameters_that_the_cpu_finds() {
+    if !has_gpu() {
+        return;
+    }
+    let folder = bench();
+    let [cpu, gpu] = ["cpu", "gpu"].map(|evaluator| {
+        let call = ["identify", "bench.csv", "--evaluator", evaluator, "--out"];
+        printed(&servobee(
+            folder.path(),
+            &[&call[..], &[evaluator]].concat(),
+        ));
+        json(folder.path().join(evaluator).join("report.json"))
+    });
+    assert_ne!(cpu["evaluator"], gpu["evaluator"]);
+    assert_eq!(cpu["verdict"], gpu["verdict"]);
+    for parameter in cpu["parameters"].as_array().unwrap() {
+        let name = parameter["name"].as_str().unwrap();
+        let (cpu, gpu) = (value(&cpu, name), value(&gpu, name));
+        let difference = (cpu - gpu).abs();
+        assert!(difference <= 1e-4 * cpu.abs(), "{name}: {cpu} and {gpu}");
+    }
+}
+
+/// A folder with `record.csv` that an actuator with these K, T and S gives exactly, and perhaps a spool gain.
+fn planted(values: &[f64], spool_unit: Option<&str>) -> TempDir {
+    let structure = Structure {
+        spool_unit: spool_unit.map(String::from),
+        ..Structure::actuator(10.0, "V")
+    };
+    let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
+    // Jumps of all sizes both ways, past the saturation, and a wobble.
+    let height = |k: i32| 7.0 * (f64::from(k / 80) * 1.3).sin() + (f64::from(k) * 0.03).sin();
+    let command = record::Series::new("V", (0..2000).map(height).collect());
+    let commanded = Record::new(
+        "planted",
+        time.clone(),
+        [(Channel::Command, command.clone())],
+    );
+    let mut series = Series::to_simulate(&commanded.unwrap(), &structure).unwrap();
+    // As fine as for any parameters that a search may try.
+    series.set_steps(2e4, 1);
+    let simulated = outputs(&structure, values, &series);
+    let spool = simulated.iter().map(|row| row[Output::Spool as usize]);
+    let spool = record::Series::new(structure.unit(Output::Spool), spool.collect());
+    let channels = [(Channel::Command, command), (Channel::Spool, spool)];
+    let folder = tempfile::tempdir().unwrap();
+    let record = Record::new("planted", time, channels).unwrap();
+    record.write_csv(folder.path().join("record.csv")).unwrap();
+    folder
+}
+
+#[test]
+fn a_planted_actuator_is_recovered() {
+    let folder = planted(&[250.0, 0.004, 1.5], None);
+    let report = report(folder.path(), &["record.csv"]);
+    for (name, planted) in [
+        ("gain", 250.0),
+        ("time_constant", 0.004),
+        ("saturation", 1.5),
+    ] {
+        let found = value(&report, name);
+        println!("{name}: {found}, off by {:.1e}", off(found, planted));
+        assert!(off(found, planted) < 1e-4, "{name}: {found}");
+    }
+    assert_eq!(report["verdict"], "none");
+    assert_eq!(report["effects"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn a_planted_gain_between_units_is_recovered() {
+    let folder = planted(&[120.0, 0.006, 3.0, -8.0], Some("%"));
+    let report = report(folder.path(), &["record.csv"]);
+    for (name, planted) in [
+        ("gain", 120.0),
+        ("time_constant", 0.006),
+        ("saturation", 3.0),
+        ("spool_gain", -8.0),
+    ] {
+        let found = value(&report, name);
+        assert!(off(found, planted) < 1e-4, "{name}: {found}");
+    }
+}
+
+#[test]
+fn a_measured_servo_actuator_is_followed_on_a_record_never_fitted() {
+    let files = [
+        "mts_actuator_mrdamper_0A.csv",
+        "mts_actuator_mrdamper_1A.csv",
+    ]
+    .map(measured);
+    let [Some(fitted), Some(held_out)] = files else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for channel in ["spool", "position"] {
+        let map = format!("x_meas_mm={channel} [mm]");
+        let call = [
+            "identify",
+            fitted.to_str().unwrap(),
+            "--hold-out",
+            held_out.to_str().unwrap(),
+            "--map",
+            "t_s=time [s]",
+            "--map",
+            "x_cmd_mm=command [mm]",
+            "--map",
+            &map,
+            "--out",
+            channel,
+        ];
+        printed(&servobee(folder.path(), &call));
+        let report = json(folder.path().join(channel).join("report.json"));
+        let rmse = &report["error"]["before"]["hold_out"][channel]["rmse"];
+        println!("{channel}: RMS {rmse} mm held out");
+        assert!(rmse.as_f64().unwrap() <= 0.078, "{channel}: {rmse} mm");
+        let warnings = report["warnings"].as_array().unwrap();
+        let ignored = |warning: &&Value| warning.as_str().unwrap().contains("force_N");
+        assert_eq!(warnings.iter().filter(ignored).count(), 2, "{warnings:?}");
+    }
+}
+
+#[test]
+fn any_dialect_of_csv_gives_the_same_report() {
+    let (folder, text) = excerpt();
+    let call = ["bench.csv", "--effects", "none", "--evaluator", "cpu"];
+    report(folder.path(), &call);
+    let expected = read_to_string(folder.path().join("out/report.json")).unwrap();
+    let decimal_commas = text.replace(',', ";").replace('.', ",");
+    for (name, dialect) in [
+        ("semicolons and decimal commas", decimal_commas.clone()),
+        ("byte order mark", format!("\u{feff}{text}")),
+        ("CRLF", text.replace('\n', "\r\n")),
+        (
+            "all of them",
+            format!("\u{feff}{decimal_commas}").replace('\n', "\r\n"),
+        ),
+        ("tabs", text.replace(',', "\t")),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path().join("bench.csv"), dialect).unwrap();
+        report(folder.path(), &call);
+        let found = read_to_string(folder.path().join("out/report.json")).unwrap();
+        assert_eq!(without_time(&found), without_time(&expected), "{name}");
+    }
+}
+
+/// Runs identify with `arguments` in a folder with `files`, among which are `good.csv` and `other.csv` (without flow):
+/// it is refused with all of `parts` in its one line, and writes nothing.
+fn refuses(files: &[(&str, &str)], arguments: &[&str], parts: &[&str]) {
+    let (folder, text) = excerpt();
+    std::fs::rename(
+        folder.path().join("bench.csv"),
+        folder.path().join("good.csv"),
+    )
+    .unwrap();
+    let other = text.replace("flow [L/min]", "temperature [degC]");
+    write(folder.path().join("other.csv"), other).unwrap();
+    for (name, text) in files {
+        write(folder.path().join(name), text).unwrap();
+    }
+    let before = names(folder.path());
+    let call = [&["identify"], arguments].concat();
+    let call = if arguments.contains(&"--out") {
+        call
+    } else {
+        [&call[..], &["--out", "out"]].concat()
+    };
+    let error = refused(&servobee(folder.path(), &call));
+    for part in parts {
+        assert!(error.contains(part), "{part:?} is not in: {error}");
+    }
+    // What is wrong; what to do.
+    assert!(error.contains("; "), "no remedy in: {error}");
+    assert_eq!(names(folder.path()), before, "{error}");
+}
+
+/// The same for a record that is wrong.
+fn refuses_record(text: &str, parts: &[&str]) {
+    let parts = [&["bad.csv"], parts].concat();
+    refuses(&[("bad.csv", text)], &["bad.csv"], &parts);
+    // A record to hold out is read as carefully.
+    refuses(
+        &[("bad.csv", text)],
+        &["good.csv", "--hold-out", "bad.csv"],
+        &parts,
+    );
+}
+
+#[test]
+fn a_record_without_a_needed_column_is_refused() {
+    let rows = "0,0,0\n0.001,1,0\n";
+    for (header, missing) in [
+        ("t,command [V],spool [V]", "\"time [s]\""),
+        ("time [s],u,spool [V]", "command"),
+        ("time [s],command [V],x", "spool"),
+    ] {
+        refuses_record(
+            &format!("{header}\n{rows}"),
+            &["has no column", missing, "--map"],
+        );
+    }
+}
+
+#[test]
+fn an_unknown_unit_is_refused() {
+    let text = "time [s],command [furlong],spool [V]\n0,0,0\n0.001,1,0\n";
+    refuses_record(text, &["row 1", "command [furlong]"]);
+}
+
+#[test]
+fn time_that_does_not_rise_is_refused_with_its_row() {
+    for time in ["0.001", "0.0005"] {
+        let text = format!("time [s],command [V],spool [V]\n0,0,0\n0.001,1,0\n{time},1,0.1\n");
+        refuses_record(&text, &["row 4", "time [s]", "does not rise"]);
+    }
+}
+
+#[test]
+fn a_cell_that_is_no_number_is_refused_with_its_row_and_column() {
+    for (cell, problem) in [
+        ("NaN", "not finite"),
+        ("inf", "not finite"),
+        ("broken", "not a number"),
+        ("", "empty"),
+    ] {
+        let text = format!("time [s],command [V],spool [V]\n0,0,0\n0.001,1,{cell}\n0.002,1,0\n");
+        refuses_record(&text, &["row 3", "spool [V]", problem]);
+    }
+}
+
+#[test]
+fn a_record_too_short_is_refused() {
+    refuses_record(
+        "time [s],command [V],spool [V]\n0,1,0\n",
+        &["1 row", "at least two"],
+    );
+    refuses_record("time [s],command [V],spool [V]\n", &["no rows"]);
+    refuses_record("", &["is empty"]);
+}
+
+#[test]
+fn a_ragged_row_is_refused_with_its_number() {
+    for row in ["0.001,1", "0.001,1,0,0"] {
+        let text = format!("time [s],command [V],spool [V]\n0,0,0\n{row}\n0.002,1,0\n");
+        refuses_record(&text, &["row 3", "3 columns"]);
+    }
+}
+
+#[test]
+fn a_constant_command_is_refused() {
+    let rows: String = (0..50)
+        .map(|k| format!("{},2,{k}\n", k as f64 * 1e-3))
+        .collect();
+    let text = format!("time [s],command [V],spool [V]\n{rows}");
+    refuses(
+        &[("bad.csv", &text)],
+        &["bad.csv"],
+        &["bad.csv", "2 throughout"],
+    );
+}
+
+#[test]
+fn a_file_that_is_missing_is_refused() {
+    refuses(&[], &["nowhere.csv"], &["nowhere.csv", "cannot be read"]);
+    let held_out = ["good.csv", "--hold-out", "nowhere.csv"];
+    refuses(&[], &held_out, &["nowhere.csv", "cannot be read"]);
+    let model = ["good.csv", "--model", "nowhere.toml"];
+    refuses(&[], &model, &["nowhere.toml", "cannot be read"]);
+}
+
+#[test]
+fn an_unknown_effect_is_refused() {
+    refuses(
+        &[],
+        &["good.csv", "--effects", "gremlins"],
+        &["--effects", "gremlins"],
+    );
+}
+
+#[test]
+fn a_record_to_hold_out_without_the_fitted_channels_is_refused() {
+    let call = ["good.csv", "--hold-out", "other.csv"];
+    refuses(&[], &call, &["other.csv", "flow"]);
+}
+
+#[test]
+fn a_model_file_with_an_unknown_key_or_value_is_refused_with_its_line() {
+    for (text, part) in [
+        ("[structure]\ncolour = \"blue\"\n", "colour"),
+        ("[[parameter]]\nname = \"gain\"\nvolume = 1.0\n", "volume"),
+        ("[[parameter]]\nname = \"gian\"\nvalue = 1.0\n", "gian"),
+        ("[[parameter]]\nname = \"gain\"\nvalue = 1e9\n", "outside"),
+        ("[[parameter]\n", "model.toml"),
+    ] {
+        let call = ["good.csv", "--model", "model.toml"];
+        refuses(&[("model.toml", text)], &call, &["model.toml, line", part]);
+    }
+}
+
+#[test]
+fn a_map_that_names_no_column_or_no_channel_is_refused() {
+    for (map, parts) in [
+        ("nothing=command [V]", ["\"nothing\"", "--map"]),
+        ("=command [V]", ["names no column", "--map"]),
+        ("command [V]", ["has no \"=\"", "--map"]),
+        ("u=commando [V]", ["commando", "--map"]),
+        ("u=command [furlong]", ["furlong", "--map"]),
+    ] {
+        refuses(&[], &["good.csv", "--map", map], &parts);
+    }
+}
+
+#[test]
+fn a_folder_of_results_is_refused_where_it_would_overwrite_or_has_no_place() {
+    let (folder, _) = excerpt();
+    create_dir(folder.path().join("out")).unwrap();
+    write(folder.path().join("out/report.json"), "mine").unwrap();
+    let call = ["identify", "bench.csv", "--out", "out"];
+    let error = refused(&servobee(folder.path(), &call));
+    assert!(
+        error.contains("--out out") && error.contains("--force"),
+        "{error}"
+    );
+    assert_eq!(
+        read_to_string(folder.path().join("out/report.json")).unwrap(),
+        "mine"
+    );
+    assert_eq!(names(&folder.path().join("out")), ["report.json"]);
+
+    printed(&servobee(
+        folder.path(),
+        &[&call[..], &["--force"]].concat(),
+    ));
+    assert_eq!(names(folder.path()), ["bench.csv", "out"]);
+    assert!(json(folder.path().join("out/report.json")).is_object());
+
+    refuses(
+        &[],
+        &["good.csv", "--out", "no/such/out"],
+        &["no/such/out", "no/such", "create it"],
+    );
+    refuses(
+        &[],
+        &["good.csv", "--out", "good.csv"],
+        &["good.csv", "is a file"],
+    );
+}
+
+/// Interrupts a call as Ctrl-C does, once it has said what it evaluates on.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing_behind() {
+    use std::io::{BufRead, BufReader};
+    use std::os::unix::process::ExitStatusExt;
+    use std::process::{Command, Stdio};
+
+    let folder = bench();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_servobee"))
+        .current_dir(folder.path())
+        .args([
+            "identify",
+            "bench.csv",
+            "--evaluator",
+            "cpu",
+            "--out",
+            "out",
+        ])
+        .env("TMPDIR", folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    let mut printed = BufReader::new(child.stdout.take().unwrap());
+    printed.read_line(&mut line).unwrap();
+    assert!(line.starts_with("Evaluator: "), "{line}");
+    // The search has begun and takes a second or more.
+    let kill = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(kill.unwrap().success());
+    let status = child.wait().unwrap();
+    assert!(
+        status.signal() == Some(2) || status.code() == Some(130),
+        "{status}"
+    );
+    assert_eq!(names(folder.path()), ["bench.csv"]);
+}

@@ -43,7 +43,7 @@
 //! let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
 //! let mut evaluator = CpuEvaluator::new(Precision::F32);
 //! let plan = Plan { settings: Settings::paper(), start: Start::Uniform, seed: 1, polish: true, coloured: false };
-//! let fit = fit(&problem, &mut evaluator, &plan, &mut |_, _, _| {})?;
+//! let fit = fit(&problem, &mut evaluator, &plan, &mut |_| {})?;
 //! assert!((fit.values()[0] / gain - 1.0).abs() < 1e-6);
 //! # servobee::Result::Ok(())
 //! ```

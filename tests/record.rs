@@ -1,5 +1,8 @@
 //! Records and curves are read from every common dialect, and what is wrong in a file is named with its place.
 
+mod program;
+
+use program::measured;
 use proptest::prelude::*;
 use servobee::record::{
     Channel, FlowCurve, HOLD_OUT, Mapping, Quantity, Record, ResponseCurve, Series, StepCurve,
@@ -673,21 +676,6 @@ fn built_in_cases_hold_the_published_numbers() {
     assert_eq!(record.command().values, [cases::STEP_FULL_SCALE; 26]);
     assert_eq!(record.get(Channel::Spool).unwrap().max_abs(), 10.6791);
     assert!(cases::step().warnings.is_empty());
-}
-
-/// The measured record called `name`: beside the checkout, or in the folder that `SERVOBEE_DATA` names.
-fn measured(name: &str) -> Option<PathBuf> {
-    let beside = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/data"));
-    let named = std::env::var_os("SERVOBEE_DATA").map(PathBuf::from);
-    let found = [named, Some(beside)]
-        .into_iter()
-        .flatten()
-        .map(|folder| folder.join(name))
-        .find(|path| path.exists());
-    if found.is_none() {
-        eprintln!("NOT TESTED: {name} is absent; let SERVOBEE_DATA name the folder that holds it");
-    }
-    found
 }
 
 #[test]

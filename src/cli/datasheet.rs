@@ -228,7 +228,7 @@ fn fit_all(
     ];
     let mut results = Vec::new();
     for (name, settings, start, polish) in plans {
-        let (bar, mut tick) = progress(name);
+        let (bar, mut tick) = progress(name, settings.itr);
         let plan = Plan {
             settings,
             start,

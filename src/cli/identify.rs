@@ -117,7 +117,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         polish: true,
         coloured: true,
     };
-    let (bar, mut tick) = progress("searching");
+    let (bar, mut tick) = progress("searching", SETTINGS.itr);
     let result = identify(
         structure,
         parameters,

@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::Result;
-use servobee::evaluate::{Choice, Chosen, Cost, choose};
+use servobee::evaluate::{Choice, Chosen, choose};
 use servobee::report::OutputFolder;
 use std::path::PathBuf;
 
@@ -55,15 +55,11 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// A bar on a terminal, nothing in a pipe.
-pub(super) fn progress(what: &str) -> (ProgressBar, impl FnMut(usize, usize, Cost) + use<>) {
+pub(super) fn progress(what: &str, generations: usize) -> (ProgressBar, impl FnMut(usize) + use<>) {
     let style =
         ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} generations, {eta} left");
-    let bar = ProgressBar::new(0).with_style(style.expect("a valid template"));
+    let bar = ProgressBar::new(generations as u64).with_style(style.expect("a valid template"));
     bar.set_message(what.to_owned());
     let tick = bar.clone();
-    (bar, move |generation, all, best: Cost| {
-        tick.set_length(all as u64);
-        tick.set_position(generation as u64);
-        tick.set_prefix(format!("{:.4e}", best.value));
-    })
+    (bar, move |generation| tick.set_position(generation as u64))
 }

@@ -4,7 +4,7 @@ use super::score::{Compared, errors};
 use super::{Noise, Remaining, noise_floor, remaining};
 use crate::Result;
 use crate::evaluate::problem::{Data, Series};
-use crate::evaluate::{Cost, Evaluator, Problem, Score, reference};
+use crate::evaluate::{Evaluator, Problem, Score, reference};
 use crate::model::{Output, Parameter, Structure};
 use crate::record::{HOLD_OUT, Record};
 use crate::search::{Fit, Plan, fit};
@@ -105,7 +105,7 @@ pub fn identify(
     measurements: Measurements,
     evaluator: &mut dyn Evaluator,
     plan: &Plan,
-    progress: &mut dyn FnMut(usize, usize, Cost),
+    progress: &mut dyn FnMut(usize),
 ) -> Result<Identified> {
     let mut problem = Problem::new(
         structure,

@@ -81,7 +81,7 @@ impl Fit {
 }
 
 /// Searches `problem` with bees on `evaluator`, and polishes the best candidate in f64 where the plan says so.
-/// `progress` is told the generation, how many there will be, and the best cost so far.
+/// `progress` is told each generation that is done.
 ///
 /// # Errors
 /// If the settings are refused, the evaluator fails, or every candidate diverges.
@@ -89,7 +89,7 @@ pub fn fit(
     problem: &Problem,
     evaluator: &mut dyn Evaluator,
     plan: &Plan,
-    progress: &mut dyn FnMut(usize, usize, Cost),
+    progress: &mut dyn FnMut(usize),
 ) -> Result<Fit> {
     let free = problem.free();
     let mut bees = Bees::new(&free, plan.settings, plan.start.clone(), plan.seed)?;
@@ -97,7 +97,7 @@ pub fn fit(
         let population = bees.ask();
         let costs = evaluator.costs(problem, &population)?;
         bees.tell(&costs);
-        progress(bees.generation(), plan.settings.itr, bees.best().1);
+        progress(bees.generation());
     }
     let values = bees.best().0.to_vec();
     let search = Search {

@@ -225,6 +225,37 @@ fn a_model_file_fixes_what_it_names() {
 }
 
 #[test]
+fn a_model_without_a_free_parameter_is_scored_as_it_is() {
+    let folder = bench();
+    report(folder.path(), &["bench.csv"]);
+    let model = read_to_string(folder.path().join("out/model.toml")).unwrap();
+    write(
+        folder.path().join("all.toml"),
+        model.replace("fixed = false", "fixed = true"),
+    )
+    .unwrap();
+    let fitted = json(folder.path().join("out/report.json"));
+    let scored = report(
+        folder.path(),
+        &["bench.csv", "--model", "all.toml", "--force"],
+    );
+    assert_eq!(scored["error"]["before"], fitted["error"]["before"]);
+    assert_eq!(scored["evaluations"], 1);
+}
+
+#[test]
+fn a_short_record_is_fitted_with_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "time [s],command [V],spool [V]\n0,0,0\n0.001,1,0\n0.002,1,0.1\n";
+    write(folder.path().join("short.csv"), text).unwrap();
+    let warnings = report(folder.path(), &["short.csv"])["warnings"].to_string();
+    assert!(
+        warnings.contains("only 2 rows for 3 parameters"),
+        "{warnings}"
+    );
+}
+
+#[test]
 fn the_same_call_writes_the_same_files_on_any_number_of_threads() {
     let folder = bench();
     let run = |out: &str, set: &[(&str, &str)]| {

@@ -1,5 +1,6 @@
 //! Whether the residual depends on anything that is known.
 
+use crate::search::polish::autocorrelation_inflation;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustfft::num_complex::Complex;
@@ -13,6 +14,9 @@ const SURROGATES: usize = 99;
 const LONGEST_LAG: (usize, usize) = (50, 200);
 /// Correlations weaker than this explain less than a thousandth of the residual's variance, whatever their certainty.
 const WEAKEST: f64 = 0.03;
+
+/// A mean this many of its standard errors from zero is an offset.
+const OFFSET_ERRORS: f64 = 4.0;
 
 /// What is left in the residual.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +32,8 @@ pub struct Remaining {
 ///
 /// Residuals are coloured even when the model is right, so the threshold comes from the data: surrogates with the
 /// residual's spectrum and random phases keep its colour and lose its bond with the signals. A signal counts if its
-/// largest correlation exceeds the 95th percentile of the largest one over *all* signals and lags under surrogates.
+/// largest correlation, in units of its chance level, exceeds the 95th percentile of the largest such figure over *all*
+/// signals and lags under surrogates. An offset counts beside them.
 pub fn remaining(command: &[f64], residual: &[f64], seed: u64) -> Remaining {
     let count = residual.len();
     let lags = (count / LONGEST_LAG.0).clamp(1, LONGEST_LAG.1);
@@ -38,33 +43,67 @@ pub fn remaining(command: &[f64], residual: &[f64], seed: u64) -> Remaining {
         inverse: planner.plan_fft_inverse(count),
         lags,
     };
+    let constant = offset(residual);
     let residual = transform.spectrum(&standardised(residual));
     let signals: Vec<(&'static str, Vec<Complex<f64>>)> = signals(command)
         .into_iter()
         .map(|(name, signal)| (name, transform.spectrum(&signal)))
         .collect();
-    let mut found: Vec<(&'static str, f64)> = signals
+    let found: Vec<(&'static str, f64)> = signals
         .iter()
         .map(|(name, signal)| (*name, transform.largest_correlation(signal, &residual)))
         .collect();
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut null: Vec<f64> = (0..SURROGATES)
+    let null: Vec<Vec<f64>> = (0..SURROGATES)
         .map(|_| {
             let surrogate = randomised(&residual, &mut rng);
-            signals
-                .iter()
-                .map(|(_, signal)| transform.largest_correlation(signal, &surrogate).abs())
-                .fold(0.0, f64::max)
+            let largest =
+                |(_, signal): &(_, Vec<_>)| transform.largest_correlation(signal, &surrogate).abs();
+            signals.iter().map(largest).collect()
         })
         .collect();
-    null.sort_by(f64::total_cmp);
-    let threshold = null[SURROGATES * 95 / 100].max(WEAKEST);
-    found.retain(|(_, value)| value.abs() > threshold);
+    // A slow residual correlates with slow signals by chance far more than with fast ones: each signal is measured by
+    // its own chance level, so that one of them does not hide the others.
+    let chance: Vec<f64> = (0..signals.len())
+        .map(|i| percentile(null.iter().map(|row| row[i]), 0.5).max(f64::MIN_POSITIVE))
+        .collect();
+    let most = |row: &Vec<f64>| {
+        row.iter()
+            .zip(&chance)
+            .map(|(value, chance)| value / chance)
+            .fold(0.0, f64::max)
+    };
+    let threshold = percentile(null.iter().map(most), 0.95);
+    let exceeds = |(value, chance): (f64, &f64)| value > WEAKEST && value / chance > threshold;
+    let mut found: Vec<(&'static str, f64)> = found
+        .into_iter()
+        .zip(&chance)
+        .filter(|(f, chance)| exceeds((f.1.abs(), chance)))
+        .map(|(f, _)| f)
+        .collect();
+    found.extend(constant);
     found.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     Remaining {
         structured: !found.is_empty(),
         correlates_with: found,
     }
+}
+
+fn percentile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[(values.len() as f64 * share) as usize]
+}
+
+/// The mean over the root mean square, where it is further from zero than coloured noise brings it.
+fn offset(residual: &[f64]) -> Option<(&'static str, f64)> {
+    let count = residual.len() as f64;
+    let mean = residual.iter().sum::<f64>() / count;
+    let centred: Vec<f64> = residual.iter().map(|value| value - mean).collect();
+    let variance = centred.iter().map(|value| value * value).sum::<f64>() / count;
+    let error = (variance * autocorrelation_inflation(&[&centred]) / count).sqrt();
+    let share = mean / (variance + mean * mean).sqrt();
+    (mean.abs() > OFFSET_ERRORS * error && share.abs() > WEAKEST).then_some(("a constant", share))
 }
 
 struct Transform {
@@ -180,6 +219,21 @@ mod tests {
             .filter(|&seed| remaining(&command, &coloured(seed, 4000), seed).structured)
             .count();
         assert!(alarms <= 10, "{alarms} of 100");
+    }
+
+    #[test]
+    fn a_slow_drift_does_not_hide_a_dependence_on_the_command() {
+        let count = 16_000;
+        let command = chirp(count);
+        let noise = coloured(8, count);
+        let drift = |k: usize| 2.0 * k as f64 / count as f64 - 5.0;
+        let residual: Vec<f64> = (0..count)
+            .map(|k| 0.2 * noise[k] + drift(k) + 0.1 * command[k])
+            .collect();
+        let found = remaining(&command, &residual, 1).correlates_with;
+        for name in ["a constant", "command"] {
+            assert!(found.iter().any(|(found, _)| *found == name), "{found:?}");
+        }
     }
 
     #[test]

@@ -214,7 +214,19 @@ impl Problem {
         }
     }
 
-    /// How many outputs count: the observed ones.
+    /// How many rows or tones count.
+    pub fn rows(&self) -> usize {
+        match &*self.data {
+            Data::Series(all) => all
+                .iter()
+                .flat_map(|s| &s.samples)
+                .filter(|s| s.weight > 0.0)
+                .count(),
+            Data::Tones(tones) => tones.len(),
+        }
+    }
+
+    /// Which outputs count: the observed ones.
     pub fn observed(&self) -> [bool; 3] {
         Output::ALL.map(|output| self.structure.observes(output))
     }

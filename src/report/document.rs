@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 /// The version of the document.
 pub const SCHEMA: &str = "servobee/report/1";
 
+/// With fewer fitted rows than this for each parameter, a record is short.
+const SHORT: usize = 20;
+
 /// What the diagnosis comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -178,6 +181,13 @@ impl Document {
         let parameters = ParameterReport::of(problem, fit);
         for parameter in parameters.iter().filter(|parameter| parameter.at_bound) {
             warnings.push(format!("{} sits on a bound of its range", parameter.name));
+        }
+        let rows = problem.rows();
+        let free = fit.free.len();
+        if rows < SHORT * free {
+            warnings.push(format!(
+                "only {rows} rows for {free} parameters: values and verdict mean little"
+            ));
         }
         for (channel, change) in integration_error {
             let floor = noise[channel].value;

@@ -92,22 +92,18 @@ pub fn fit(
     progress: &mut dyn FnMut(usize),
 ) -> Result<Fit> {
     let free = problem.free();
-    let mut bees = Bees::new(&free, plan.settings, plan.start.clone(), plan.seed)?;
-    while !bees.finished() {
-        let population = bees.ask();
-        let costs = evaluator.costs(problem, &population)?;
-        bees.tell(&costs);
-        progress(bees.generation());
-    }
-    let values = bees.best().0.to_vec();
-    let search = Search {
-        cost: reference::cost(problem, &values),
-        values,
-        history: bees.history().to_vec(),
-        evaluations: bees.evaluations(),
+    let search = match free.is_empty() {
+        // Nothing to search: the problem's own values are scored.
+        true => Search {
+            values: Vec::new(),
+            cost: reference::cost(problem, &[]),
+            history: Vec::new(),
+            evaluations: 1,
+        },
+        false => search(problem, &free, evaluator, plan, progress)?,
     };
     let mut evaluations = search.evaluations;
-    let polished = match plan.polish {
+    let polished = match plan.polish && !free.is_empty() {
         false => None,
         true => {
             let mut problem = problem.clone();
@@ -138,6 +134,30 @@ pub fn fit(
         search,
         polished,
         evaluations,
+    })
+}
+
+/// The Bees Algorithm on `evaluator`.
+fn search(
+    problem: &Problem,
+    free: &[Parameter],
+    evaluator: &mut dyn Evaluator,
+    plan: &Plan,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Search> {
+    let mut bees = Bees::new(free, plan.settings, plan.start.clone(), plan.seed)?;
+    while !bees.finished() {
+        let population = bees.ask();
+        let costs = evaluator.costs(problem, &population)?;
+        bees.tell(&costs);
+        progress(bees.generation());
+    }
+    let values = bees.best().0.to_vec();
+    Ok(Search {
+        cost: reference::cost(problem, &values),
+        values,
+        history: bees.history().to_vec(),
+        evaluations: bees.evaluations(),
     })
 }
 

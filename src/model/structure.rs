@@ -209,12 +209,13 @@ impl Structure {
     /// The fastest rate (1/s) of any candidate inside the bounds of `parameters`, which are those of
     /// [`Structure::parameters`] with bounds of the caller's.
     pub fn fastest_rate(&self, parameters: &[Parameter]) -> f64 {
+        // Fixed ones too: the steps of a model stay the same when its parameters are fixed.
         let bound = |name: &str, highest: bool| {
             let parameter = parameters.iter().find(|p| p.name == name)?;
-            Some(match (parameter.fixed, highest) {
-                (true, _) => parameter.start,
-                (false, true) => parameter.high,
-                (false, false) => parameter.low,
+            Some(if highest {
+                parameter.high
+            } else {
+                parameter.low
             })
         };
         match (bound("gain", true), bound("time_constant", false)) {

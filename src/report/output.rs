@@ -81,7 +81,8 @@ impl OutputFolder {
     }
 }
 
-fn parent(path: &Path) -> &Path {
+/// The folder that a path lies in.
+pub(super) fn parent(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

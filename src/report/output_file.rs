@@ -1,16 +1,17 @@
 //! A file to be written: refused before the work starts, whole or not there after it.
 
+use super::output::parent;
 use crate::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// A result file that is being prepared beside its place. Dropped before [`OutputFile::finish`], it leaves nothing.
+/// A result file that is announced. Until [`OutputFile::finish`] nothing lies in its folder, so that an interrupted run
+/// leaves nothing.
 #[derive(Debug)]
 pub struct OutputFile {
     path: PathBuf,
     force: bool,
-    draft: NamedTempFile,
 }
 
 impl OutputFile {
@@ -28,24 +29,11 @@ impl OutputFile {
             }
             _ => {}
         }
-        let folder = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            // What any new file has; the user's mask is applied to it.
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let draft = builder
-            .tempfile_in(folder)
-            .map_err(|error| cannot_write(path, &error))?;
+        // One without a name: it is gone with the process, whatever ends that.
+        tempfile::tempfile_in(parent(path)).map_err(|error| cannot_write(path, &error))?;
         Ok(Self {
             path: path.into(),
             force,
-            draft,
         })
     }
 
@@ -53,18 +41,31 @@ impl OutputFile {
     ///
     /// # Errors
     /// The contents cannot be written, or another file has taken the place meanwhile.
-    pub fn finish(mut self, contents: &str) -> Result<()> {
+    pub fn finish(self, contents: &str) -> Result<()> {
         let wrong = |error: &std::io::Error| cannot_write(&self.path, error);
-        self.draft
+        let mut draft = draft(parent(&self.path)).map_err(|error| wrong(&error))?;
+        draft
             .write_all(contents.as_bytes())
             .map_err(|error| wrong(&error))?;
         let placed = match self.force {
-            true => self.draft.persist(&self.path),
-            false => self.draft.persist_noclobber(&self.path),
+            true => draft.persist(&self.path),
+            false => draft.persist_noclobber(&self.path),
         };
         placed.map_err(|error| wrong(&error.error))?;
         Ok(())
     }
+}
+
+/// A file beside the place that it will take.
+fn draft(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // What any new file has; the user's mask is applied to it.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
 }
 
 fn cannot_write(path: &Path, error: &std::io::Error) -> Error {
@@ -83,12 +84,11 @@ mod tests {
     fn a_file_is_replaced_only_with_force_and_an_unfinished_one_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out.csv");
-        drop(OutputFile::create(&path, false).unwrap());
+        let output = OutputFile::create(&path, false).unwrap();
+        // An interrupt drops nothing: there must not be a draft while the run lasts.
         assert_eq!(folder.path().read_dir().unwrap().count(), 0);
-        OutputFile::create(&path, false)
-            .unwrap()
-            .finish("1")
-            .unwrap();
+        output.finish("1").unwrap();
+        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
         let error = OutputFile::create(&path, false).unwrap_err();
         assert!(error.to_string().contains("--force"), "{error}");
         OutputFile::create(&path, true)

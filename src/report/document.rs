@@ -206,6 +206,9 @@ impl Document {
             })
             .collect();
         let structured = remaining.values().any(|left| left.structured);
+        if structured {
+            warnings.push("the intervals assume that the model is complete, and the residual says that it is not".into());
+        }
         Self {
             schema: SCHEMA,
             verdict: if structured {

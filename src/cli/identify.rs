@@ -75,22 +75,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     for record in &records {
         record.check_excited()?;
     }
-    let mut warnings = Vec::new();
-    for record in records.iter().chain(&held_out) {
-        warnings.extend(
-            record
-                .warnings
-                .iter()
-                .map(|warning| format!("{}: {warning}", record.path)),
-        );
-        if !record.ignored.is_empty() {
-            warnings.push(format!(
-                "{}: ignored the columns {}",
-                record.path,
-                record.ignored.join(", ")
-            ));
-        }
-    }
+    let warnings = records
+        .iter()
+        .chain(&held_out)
+        .flat_map(Record::remarks)
+        .collect();
     let file = arguments
         .model
         .as_deref()

@@ -45,7 +45,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let path = arguments.out.as_ref();
     let file = path.map(|path| OutputFile::create(path, arguments.force));
     let file = file.transpose()?;
-    warn(&record);
+    for remark in record.remarks() {
+        eprintln!("warning: {remark}");
+    }
 
     // The steps that identify takes within the same bounds, so that its errors come out again.
     let rate = structure.fastest_rate(&parameters);
@@ -74,19 +76,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     match file {
         Some(file) => file.finish(&csv(&structure, &record, &outputs)),
         None => Ok(()),
-    }
-}
-
-fn warn(record: &Record) {
-    for warning in &record.warnings {
-        eprintln!("warning: {}: {warning}", record.path);
-    }
-    if !record.ignored.is_empty() {
-        let columns = record.ignored.join(", ");
-        eprintln!(
-            "warning: {}: columns that no channel takes: {columns}",
-            record.path
-        );
     }
 }
 

@@ -221,6 +221,18 @@ impl Record {
         }
     }
 
+    /// All that a reader of the file should know, each with the file's path: its warnings, and the columns ignored.
+    pub fn remarks(&self) -> Vec<String> {
+        let mut remarks = self.warnings.clone();
+        if !self.ignored.is_empty() {
+            remarks.push(format!("ignored the columns {}", self.ignored.join(", ")));
+        }
+        remarks
+            .iter()
+            .map(|remark| format!("{}: {remark}", self.path))
+            .collect()
+    }
+
     /// How many samples there are: two or more.
     pub fn samples(&self) -> usize {
         self.time.len()

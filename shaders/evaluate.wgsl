@@ -1,6 +1,7 @@
 // The loops that evaluate a population: one invocation integrates one candidate on one record, or on one tone.
 // Before this text stand the settings (constants) and the physics of the structure, traced from src/model:
-//     struct Plant, struct State, STATES, prepare, initial, observe, advance, load, store, diverged.
+//     struct Plant, struct State, STATES, prepare, initial, command, remember, delay, observe, advance, load, store,
+//     diverged.
 // The twin of these loops on the CPU is src/evaluate/simulate.rs; both sum in the same order.
 
 // What drives the model at one instant.
@@ -10,18 +11,21 @@ struct Input {
     tank: f32,
     a: f32,
     b: f32,
+    temperature: f32,
+    time: f32,
 }
 
 // One row of a record.
 struct Sample {
     step: f32,
     substeps: u32,
+    pieces: u32,
     weight: f32,
     input: Input,
+    time_rest: f32,
     spool: f32,
     flow: f32,
     position: f32,
-    padding: f32,
 }
 
 // A record's rows in `samples`.
@@ -65,7 +69,86 @@ fn between(start: Input, end: Input, share: f32) -> Input {
         start.tank + share * (end.tank - start.tank),
         start.a + share * (end.a - start.a),
         start.b + share * (end.b - start.b),
+        start.temperature + share * (end.temperature - start.temperature),
+        start.time + share * (end.time - start.time),
     );
+}
+
+// Seconds from row `now` of a record to the arrival of the command of row `row`. The twin of src/evaluate/arrival.rs.
+fn arrival(plant: Plant, record: Series, row: i32, now: u32) -> f32 {
+    if (row >= i32(record.count)) {
+        return 3.4e38;
+    }
+    let there = samples[record.first + u32(max(row, 0))];
+    let here = samples[record.first + now];
+    return ((there.input.time - here.input.time) + (there.time_rest - here.time_rest)) + delay(plant);
+}
+
+// The command of a row that may lie outside the record.
+fn command_of(record: Series, row: i32) -> f32 {
+    return samples[record.first + u32(clamp(row, 0, i32(record.count) - 1))].input.command;
+}
+
+// The interpolated command `after` seconds after row `now`, on the way from row `row` to the next.
+fn command_after(plant: Plant, record: Series, row: i32, now: u32, after: f32) -> f32 {
+    let value = command_of(record, row);
+    if (row < 0) {
+        return value;
+    }
+    var lasts = 1.0;
+    if (row + 1 < i32(record.count)) {
+        let there = samples[record.first + u32(row)];
+        let next = samples[record.first + u32(row) + 1u];
+        lasts = (next.input.time - there.input.time) + (next.time_rest - there.time_rest);
+    }
+    let share = clamp((after - arrival(plant, record, row, now)) / lasts, 0.0, 1.0);
+    return value + share * (command_of(record, row + 1) - value);
+}
+
+// Integrates from row `k` to the next while commands arrive late; row `first`'s is the one that acts at row `k`.
+fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, first: i32) -> State {
+    let sample = samples[record.first + k];
+    let next = samples[record.first + k + 1u];
+    let substeps = f32(sample.substeps);
+    let seconds = (next.input.time - sample.input.time) + (next.time_rest - sample.time_rest);
+    var state = before;
+    var input = now;
+    var begin = 0.0;
+    var late = command_of(record, first);
+    if (INTERPOLATED) {
+        late = command_after(plant, record, first, k, 0.0);
+    }
+    for (var piece = 0u; piece < sample.pieces; piece++) {
+        let row = first + i32(piece);
+        var end = sample.step;
+        if (piece + 1u < sample.pieces) {
+            let ends = arrival(plant, record, row + 1, k);
+            end = select(sample.step, ends * (1.0 / substeps), seconds - ends > 0.0);
+        }
+        let step = end - begin;
+        let reached = sample.step - begin > 0.0;
+        if (!INTERPOLATED && piece > 0u) {
+            late = select(late, command_of(record, row), reached);
+            input.command = command(plant, state, late);
+            state = remember(plant, state, late);
+        }
+        for (var j = 0u; j < sample.substeps; j++) {
+            var inputs = array<Input, 3>(input, input, input);
+            if (INTERPOLATED) {
+                for (var half = 0u; half < 3u; half++) {
+                    let after = begin * substeps + (f32(j) + 0.5 * f32(half)) * step;
+                    var one = between(sample.input, next.input, after * (1.0 / seconds));
+                    late = select(late, command_after(plant, record, row, k, after), reached);
+                    one.command = command(plant, state, late);
+                    state = remember(plant, state, late);
+                    inputs[half] = one;
+                }
+            }
+            state = advance(plant, state, inputs[0], inputs[1], inputs[2], step);
+        }
+        begin = end;
+    }
+    return state;
 }
 
 // Integrates one slice of a record. The result is the sum of weighted squared errors of the three outputs, and 1 in
@@ -96,30 +179,57 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
         state = load(at, stride);
         failed = diverged(state);
     }
+    // The row whose command acts.
+    var acting = i32(begin);
+    if (DELAYED) {
+        while (acting >= 0 && arrival(plant, record, acting, begin) > 0.0) {
+            acting--;
+        }
+    }
     var sum = vec3<f32>(0.0);
     var chunk = vec3<f32>(0.0);
     for (var k = begin; k < end && !failed; k++) {
         let sample = samples[record.first + k];
+        var arrived = sample.input.command;
+        if (DELAYED) {
+            while (acting < i32(k) && arrival(plant, record, acting + 1, k) <= 0.0) {
+                acting++;
+            }
+            arrived = command_of(record, acting);
+            if (INTERPOLATED) {
+                arrived = command_after(plant, record, acting, k, 0.0);
+            }
+        }
+        var input = sample.input;
+        input.command = command(plant, state, arrived);
+        state = remember(plant, state, arrived);
         let target_values = vec3<f32>(sample.spool, sample.flow, sample.position);
-        let error = (target_values - observe(plant, state, sample.input)) * OBSERVED;
+        let error = (target_values - observe(plant, state, input)) * OBSERVED;
         chunk += sample.weight * error * error;
         if ((k + 1u) % CHUNK == 0u || k + 1u == end) {
             sum += chunk;
             chunk = vec3<f32>(0.0);
         }
         if (k + 1u < record.count) {
-            if (INTERPOLATED) {
+            if (DELAYED) {
+                state = interval(plant, record, state, input, k, acting);
+            } else if (INTERPOLATED) {
                 let next = samples[record.first + k + 1u].input;
                 let half_step = 0.5 / f32(sample.substeps);
                 for (var j = 0u; j < sample.substeps; j++) {
-                    let start = between(sample.input, next, f32(2u * j) * half_step);
-                    let middle = between(sample.input, next, f32(2u * j + 1u) * half_step);
-                    let stop = between(sample.input, next, f32(2u * j + 2u) * half_step);
-                    state = advance(plant, state, start, middle, stop, sample.step);
+                    var inputs: array<Input, 3>;
+                    for (var half = 0u; half < 3u; half++) {
+                        var one = between(sample.input, next, f32(2u * j + half) * half_step);
+                        arrived = one.command;
+                        one.command = command(plant, state, arrived);
+                        state = remember(plant, state, arrived);
+                        inputs[half] = one;
+                    }
+                    state = advance(plant, state, inputs[0], inputs[1], inputs[2], sample.step);
                 }
             } else {
                 for (var j = 0u; j < sample.substeps; j++) {
-                    state = advance(plant, state, sample.input, sample.input, sample.input, sample.step);
+                    state = advance(plant, state, input, input, input, sample.step);
                 }
             }
         }
@@ -134,7 +244,7 @@ fn sine(tone: Tone, half_step: u32) -> vec2<f32> {
 }
 
 fn command(tone: Tone, half_step: u32) -> Input {
-    return Input(tone.amplitude * sine(tone, half_step).x, 0.0, 0.0, 0.0, 0.0);
+    return Input(tone.amplitude * sine(tone, half_step).x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
 // Correlates the response to a tone with the sine. The result is the in-phase and the quadrature part per unit of

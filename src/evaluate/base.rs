@@ -1,5 +1,6 @@
 //! The base model that a record asks for: its structure, and bounds for its parameters that follow from the data.
 
+use crate::model::effects::Scale;
 use crate::model::valve::{AreaLaw, Drop, ValveForm};
 use crate::model::{Output, Parameter, Piston, Structure};
 use crate::record::{Channel, Record, Series, full_scale};
@@ -115,7 +116,7 @@ fn one_unit<'a>(first: &'a Record, rest: &[Record], channel: Channel) -> Result<
 ///
 /// A parameter about which the records say nothing keeps its generic bounds.
 pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Parameter> {
-    let mut parameters = structure.parameters();
+    let mut parameters = structure.parameters_at(&scale_of(structure, records));
     let start = |name: &str| parameters.iter().find(|p| p.name == name).map(|p| p.start);
     let fastest = (sampling_interval(records) / 4.0).max(FASTEST);
     let slowest = records.iter().map(length).fold(10.0 * fastest, f64::max);
@@ -165,6 +166,34 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
         }
     }
     parameters
+}
+
+/// How large things are in `records`.
+pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
+    let output = |output: Output| {
+        let largest = largest(records, output.into());
+        if largest > 0.0 { largest } else { 1.0 }
+    };
+    let rated = structure.valve.iter().flat_map(ValveForm::parameters);
+    Scale {
+        command: structure.full_scale,
+        command_unit: structure.command_unit.clone(),
+        outputs: Output::ALL.map(output),
+        units: Output::ALL.map(|output| structure.unit(output).to_owned()),
+        interval: sampling_interval(records),
+        length: records.iter().map(length).fold(0.0, f64::max),
+        temperature: series(records, Channel::Temperature).next().is_some(),
+        pressure: structure
+            .valve
+            .as_ref()
+            .is_some_and(|valve| valve.drop != Drop::Rated),
+        rated_drop: rated
+            .filter(|p| p.name == "rated_drop")
+            .map(|p| p.start)
+            .next()
+            .unwrap_or(10.0),
+        lines: [None; 3],
+    }
 }
 
 /// Sets the bounds, and the start value to their middle unless it is well inside them.

@@ -117,12 +117,12 @@ impl<E: Element> WithSimd for Batch<'_, E> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<Cost> {
-        with_states!(self.problem.structure.states().len(), run::<E, S>(&self))
+        with_states!(&self.problem.structure, run::<E, S>(&self))
     }
 }
 
 #[inline(always)]
-fn run<E: Element, S: Simd, const N: usize>(batch: &Batch<E>) -> Vec<Cost> {
+fn run<E: Element, S: Simd, const N: usize, const EFFECTS: bool>(batch: &Batch<E>) -> Vec<Cost> {
     let Batch {
         problem,
         wave,
@@ -161,7 +161,7 @@ fn run<E: Element, S: Simd, const N: usize>(batch: &Batch<E>) -> Vec<Cost> {
                         }
                     }
                 };
-                squares::<_, N>(&problem.structure, &plant, series, add, &mut watch);
+                squares::<_, N, EFFECTS>(&problem.structure, &plant, series, add, &mut watch);
             }
             for (cost, sums) in costs.iter_mut().zip(sums) {
                 *cost = problem.cost_of_squares(sums);

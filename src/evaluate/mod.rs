@@ -1,5 +1,6 @@
 //! Evaluators: the costs of a whole population at once, on the CPU or on the GPU.
 
+mod arrival;
 mod base;
 mod choose;
 mod cpu;
@@ -13,7 +14,7 @@ pub mod simulate;
 pub mod wgsl;
 pub mod workload;
 
-pub use base::{parameters_for, structure_for};
+pub use base::{parameters_for, scale_of, structure_for};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use population::{Cost, Population, Status};

@@ -11,8 +11,10 @@ pub struct Sample {
     pub step: f64,
     /// How many of them there are.
     pub substeps: u32,
-    /// Command, then supply, tank, A and B pressure in bar.
-    pub input: [f64; 5],
+    /// Into how many pieces commands that arrive late can cut the interval to the next row.
+    pub pieces: u32,
+    /// Command; supply, tank, A and B pressure in bar; temperature in degC; time since the first row in s.
+    pub input: [f64; 7],
     /// The measured outputs in the order of [`Output::ALL`]; zero where not observed.
     pub target: [f64; 3],
     /// Weight of this row's squared errors; zero where the row only runs the simulation in.
@@ -40,6 +42,7 @@ impl Series {
             self.samples[k - 1].substeps = count;
             self.samples[k - 1].step = seconds / f64::from(count);
         }
+        self.set_pieces();
     }
 }
 

@@ -50,7 +50,7 @@ pub fn cost(problem: &Problem, free: &[f64]) -> Option<f64> {
             };
             for record in records {
                 with_states!(
-                    problem.structure.states().len(),
+                    &problem.structure,
                     squares::<f64>(&problem.structure, &plant, record, &mut add, &mut watch)
                 );
             }
@@ -142,7 +142,7 @@ fn pass(
                     finished
                 };
                 with_states!(
-                    problem.structure.states().len(),
+                    &problem.structure,
                     series::<Number>(&problem.structure, &plant, record, &mut hand_over)
                 );
             }

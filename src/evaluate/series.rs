@@ -57,15 +57,22 @@ impl Series {
             Channel::ReturnPressure,
             Channel::PressureA,
             Channel::PressureB,
+            Channel::Temperature,
         ]
         .map(column);
+        let time = record.time();
         let targets =
             Output::ALL.map(|output| column(output.into()).filter(|_| structure.observes(output)));
-        let sample = |row: usize| Sample {
-            input: inputs.map(|values| values.map_or(0.0, |values| values[row])),
-            target: targets.map(|values| values.map_or(0.0, |values| values[row])),
-            weight: 1.0,
-            ..Sample::default()
+        let sample = |row: usize| {
+            let [command, supply, tank, a, b, temperature] =
+                inputs.map(|values| values.map_or(0.0, |values| values[row]));
+            let since = time[row] - time[0];
+            Sample {
+                input: [command, supply, tank, a, b, temperature, since],
+                target: targets.map(|values| values.map_or(0.0, |values| values[row])),
+                weight: 1.0,
+                ..Sample::default()
+            }
         };
         Ok(Self {
             name: record.name.clone(),
@@ -141,7 +148,7 @@ mod tests {
         ]);
         let series = Series::from_record(&record, &structure).unwrap();
         assert_eq!(series.time, [0.0, 0.5]);
-        assert_eq!(series.samples[1].input, [1.0, 5.0, 0.0, 6.0, 7.0]);
+        assert_eq!(series.samples[1].input, [1.0, 5.0, 0.0, 6.0, 7.0, 0.0, 0.5]);
         assert_eq!(series.samples[1].target, [2.0, 3.0, 0.0]);
         assert!(series.samples.iter().all(|sample| sample.weight == 1.0));
     }

@@ -1,32 +1,37 @@
 //! The time loops, over [`Real`]: one candidate, or a vector of them, on one record or one tone. Their twins on the
 //! GPU are the loops of `shaders/evaluate.wgsl`; what is summed where is the same in both.
 
+use super::arrival::Arrival;
 use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::model::integrate::advance;
-use crate::model::{Hold, Input, Output, Plant, Real, Structure};
+use crate::model::{Hold, Input, Output, Plant, Real, Structure, Valued};
 
 /// Rows whose squared errors are summed before they are added to the slice's sum: bounds the rounding in `f32`.
 pub const CHUNK: usize = 128;
 /// Rows that one dispatch integrates; sums over slices are taken in `f64`.
 pub const SLICE: usize = 8192;
 
-/// Calls the function `$f::<.., N>(..)` for a structure with `$states` states.
+/// Calls `$f::<.., N, EFFECTS>(..)` for `$structure`: exact for the base model, with room to spare for effects.
 macro_rules! with_states {
-    ($states:expr, $f:ident::<$($generic:tt),+>($($argument:expr),* $(,)?)) => {
-        match $states {
-            0 => $f::<$($generic),+, 0>($($argument),*),
-            1 => $f::<$($generic),+, 1>($($argument),*),
-            2 => $f::<$($generic),+, 2>($($argument),*),
-            3 => $f::<$($generic),+, 3>($($argument),*),
-            more => unreachable!("no structure has {more} states"),
+    ($structure:expr, $f:ident::<$($generic:tt),+>($($argument:expr),* $(,)?)) => {{
+        let structure: &$crate::model::Structure = $structure;
+        match (structure.states().len(), structure.effects.is_empty()) {
+            (0, true) => $f::<$($generic),+, 0, false>($($argument),*),
+            (1, true) => $f::<$($generic),+, 1, false>($($argument),*),
+            (2, true) => $f::<$($generic),+, 2, false>($($argument),*),
+            (3, true) => $f::<$($generic),+, 3, false>($($argument),*),
+            (0..=4, _) => $f::<$($generic),+, 4, true>($($argument),*),
+            (5..=8, _) => $f::<$($generic),+, 8, true>($($argument),*),
+            (9..=20, _) => $f::<$($generic),+, 20, true>($($argument),*),
+            (more, _) => unreachable!("no structure has {more} states"),
         }
-    };
+    }};
 }
 pub(super) use with_states;
 
 /// Integrates `series` and hands every row's number and outputs to `row`, until that returns false.
 #[inline(always)]
-pub fn series<R: Real, const N: usize>(
+pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
     structure: &Structure,
     plant: &Plant<R>,
     series: &Series,
@@ -34,30 +39,101 @@ pub fn series<R: Real, const N: usize>(
 ) {
     let samples = &series.samples;
     let mut input = Input::constant(samples[0].input);
-    let mut state: [R; N] = plant.initial(&input, R::constant(samples[0].target[2]));
+    let mut state: [R; N] = plant.initial::<N, EFFECTS>(&input, R::constant(samples[0].target[2]));
+    let delay = if EFFECTS { plant.delay() } else { None };
     for (k, sample) in samples.iter().enumerate() {
-        if !row(k, &state, plant.observe(&state, &input)) {
+        let arrival = delay.map(|delay| Arrival::new(series, k, delay));
+        if EFFECTS {
+            let command = match arrival {
+                None => input.command,
+                Some(arrival) if structure.hold == Hold::Held => arrival.held(),
+                Some(arrival) => arrival.interpolated(0, R::constant(0.0)),
+            };
+            input.command = plant.command(&mut state, command);
+        }
+        if !row(k, &state, plant.observe::<EFFECTS>(&state, &input)) {
             return;
         }
         let Some(next) = samples.get(k + 1) else {
             return;
         };
-        let step = R::constant(sample.step);
-        for j in 0..sample.substeps {
-            let mut inputs = [input; 3];
-            if structure.hold == Hold::Interpolated {
-                for (half, input) in inputs.iter_mut().enumerate() {
-                    *input = Input::constant(between(sample, next, 2 * j + half as u32));
+        match arrival {
+            Some(arrival) => {
+                interval(structure, plant, &mut state, input, [sample, next], arrival);
+            }
+            None => {
+                let step = R::constant(sample.step);
+                for j in 0..sample.substeps {
+                    let mut inputs = [input; 3];
+                    if structure.hold == Hold::Interpolated {
+                        for (half, input) in inputs.iter_mut().enumerate() {
+                            *input = Input::constant(between(sample, next, 2 * j + half as u32));
+                            if EFFECTS {
+                                input.command = plant.command(&mut state, input.command);
+                            }
+                        }
+                    }
+                    state = advance::<R, N, EFFECTS>(plant, state, inputs.each_ref(), step);
                 }
             }
-            state = advance(plant, state, inputs.each_ref(), step);
         }
         input = Input::constant(next.input);
     }
 }
 
+/// Integrates from one row to the next while commands arrive late. `input` has the command that acts at the row.
+#[inline(always)]
+fn interval<R: Valued, const N: usize>(
+    structure: &Structure,
+    plant: &Plant<R>,
+    state: &mut [R; N],
+    mut input: Input<R>,
+    [sample, next]: [&Sample; 2],
+    arrival: Arrival<R>,
+) {
+    let substeps = R::constant(f64::from(sample.substeps));
+    let whole = R::constant(sample.step);
+    let seconds = next.input[6] - sample.input[6];
+    let mut begin = R::constant(0.0);
+    let mut command = match structure.hold {
+        Hold::Held => arrival.held(),
+        Hold::Interpolated => arrival.interpolated(0, begin),
+    };
+    for piece in 0..sample.pieces as usize {
+        let end = match piece + 1 == sample.pieces as usize {
+            true => whole,
+            false => arrival.end(piece, seconds, sample.substeps, whole),
+        };
+        let step = end - begin;
+        if structure.hold == Hold::Held && piece > 0 {
+            command = arrival.held_in(piece, begin, whole, command);
+            input.command = plant.command(state, command);
+        }
+        for j in 0..sample.substeps {
+            let mut inputs = [input; 3];
+            if structure.hold == Hold::Interpolated {
+                for (half, input) in inputs.iter_mut().enumerate() {
+                    let steps = R::constant(f64::from(j) + 0.5 * half as f64);
+                    let after = begin * substeps + steps * step;
+                    let share = after * R::constant(1.0 / seconds);
+                    let value = |i: usize| {
+                        let change = R::constant(next.input[i] - sample.input[i]);
+                        R::constant(sample.input[i]) + share * change
+                    };
+                    *input = Input::new(std::array::from_fn(value));
+                    let arrived = arrival.interpolated(piece, after);
+                    command = (whole - begin).if_positive(arrived, command);
+                    input.command = plant.command(state, command);
+                }
+            }
+            *state = advance::<R, N, true>(plant, *state, inputs.each_ref(), step);
+        }
+        begin = end;
+    }
+}
+
 /// The input `half_steps` half integration steps after `sample`, on the way to `next`.
-fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 5] {
+fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 7] {
     let share = f64::from(half_steps) / f64::from(2 * sample.substeps);
     let mut input = sample.input;
     for (value, next) in input.iter_mut().zip(next.input) {
@@ -69,29 +145,26 @@ fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 5] {
 /// The outputs at every row of `record`, in `f64`, in the order of [`crate::model::Output::ALL`]. `values` are those of
 /// all parameters. What has diverged is not finite.
 pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f64; 3]> {
-    fn run<R: Real, const N: usize>(
+    fn run<R: Valued, const N: usize, const EFFECTS: bool>(
         structure: &Structure,
         values: &[R],
         record: &Series,
     ) -> Vec<[R; 3]> {
         let plant = Plant::new(structure, values);
         let mut rows = Vec::with_capacity(record.samples.len());
-        series::<R, N>(structure, &plant, record, |_, _, outputs| {
+        series::<R, N, EFFECTS>(structure, &plant, record, |_, _, outputs| {
             rows.push(outputs);
             true
         });
         rows
     }
-    with_states!(
-        structure.states().len(),
-        run::<f64>(structure, values, record)
-    )
+    with_states!(structure, run::<f64>(structure, values, record))
 }
 
 /// Sums weighted squared errors of each output over a record: `slice_done` gets the sums of every slice of [`SLICE`]
 /// rows. After every chunk `diverged` looks at the state, and ends the simulation by returning true.
 #[inline(always)]
-pub fn squares<R: Real, const N: usize>(
+pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
     structure: &Structure,
     plant: &Plant<R>,
     record: &Series,
@@ -102,7 +175,7 @@ pub fn squares<R: Real, const N: usize>(
     let zero = [R::constant(0.0); 3];
     let (mut chunk, mut slice) = (zero, zero);
     let last = record.samples.len() - 1;
-    series::<R, N>(structure, plant, record, |k, state, outputs| {
+    series::<R, N, EFFECTS>(structure, plant, record, |k, state, outputs| {
         let sample = &record.samples[k];
         let weight = R::constant(sample.weight);
         for i in (0..3).filter(|&i| observed[i]) {
@@ -139,11 +212,11 @@ pub fn response<R: Real>(
     let amplitude = R::constant(tone.amplitude);
     let input = |half_step: usize| {
         let [sin, _] = wave.table[half_step * stride];
-        let mut input = Input::constant([0.0; 5]);
+        let mut input = Input::constant([0.0; 7]);
         input.command = amplitude * R::constant(sin);
         input
     };
-    let mut state: [R; 2] = plant.initial(&input(0), R::constant(0.0));
+    let mut state: [R; 2] = plant.initial::<2, false>(&input(0), R::constant(0.0));
     let mut sum = [R::constant(0.0); 2];
     for period in 0..tone.settle + tone.measure {
         let mut chunk = [R::constant(0.0); 2];
@@ -151,12 +224,12 @@ pub fn response<R: Real>(
             let first = (2 * sample * tone.substeps) as usize;
             let [sin, cos] = wave.table[first * stride];
             let mut start = input(first);
-            let output = plant.observe(&state, &start)[0];
+            let output = plant.observe::<false>(&state, &start)[0];
             chunk[0] = chunk[0] + output * R::constant(sin);
             chunk[1] = chunk[1] + output * R::constant(cos);
             for j in 0..tone.substeps as usize {
                 let (middle, end) = (input(first + 2 * j + 1), input(first + 2 * j + 2));
-                state = advance(plant, state, [&start, &middle, &end], step);
+                state = advance::<R, 2, false>(plant, state, [&start, &middle, &end], step);
                 start = end;
             }
         }

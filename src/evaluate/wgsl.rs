@@ -2,10 +2,9 @@
 
 use super::STATE_LIMIT;
 use super::problem::{Problem, SAMPLES_PER_PERIOD};
-use super::simulate::{CHUNK, SLICE};
+use super::simulate::{CHUNK, SLICE, with_states};
 use crate::model::integrate::advance;
 use crate::model::real::{Function, Trace, Wgsl};
-use crate::model::valve::Pressures;
 use crate::model::{Input, Plant, Real, Structure};
 use std::fmt::Write;
 
@@ -19,10 +18,11 @@ pub fn compose(problem: &Problem) -> String {
 
 fn settings(problem: &Problem) -> String {
     format!(
-        "const INTERPOLATED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
+        "const INTERPOLATED: bool = {};\nconst DELAYED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
          const SLICE: u32 = {SLICE}u;\nconst SAMPLES_PER_PERIOD: u32 = {SAMPLES_PER_PERIOD}u;\n\
          const STATE_LIMIT: f32 = {STATE_LIMIT:?}f;\n",
         problem.interpolates(),
+        problem.structure.delays(),
         problem
             .observed()
             .map(|observed| if observed { "1.0" } else { "0.0" })
@@ -31,18 +31,15 @@ fn settings(problem: &Problem) -> String {
 }
 
 /// The physics of `problem`'s structure as WGSL: the structs `Plant` and `State`, and the functions `prepare`,
-/// `initial`, `observe`, `advance`, `load`, `store` and `diverged` that the loops call.
+/// `initial`, `command`, `remember`, `delay`, `observe`, `advance`, `load`, `store` and `diverged` that the loops call.
 pub fn physics(problem: &Problem) -> String {
-    match problem.structure.states().len() {
-        0 => physics_with::<0>(problem),
-        1 => physics_with::<1>(problem),
-        2 => physics_with::<2>(problem),
-        3 => physics_with::<3>(problem),
-        more => unreachable!("no structure has {more} states"),
+    fn traced<R, const N: usize, const EFFECTS: bool>(problem: &Problem) -> String {
+        physics_with::<N, EFFECTS>(problem)
     }
+    with_states!(&problem.structure, traced::<Wgsl>(problem))
 }
 
-fn physics_with<const N: usize>(problem: &Problem) -> String {
+fn physics_with<const N: usize, const EFFECTS: bool>(problem: &Problem) -> String {
     let structure: &Structure = &problem.structure;
     let names = structure.states();
     let mut trace = Trace::start();
@@ -61,23 +58,28 @@ fn physics_with<const N: usize>(problem: &Problem) -> String {
     let plant = Plant::new(structure, &values);
     trace.seal();
 
-    let input = |name: &str| Input {
-        command: trace.read(format!("{name}.command")),
-        pressures: Pressures {
-            supply: trace.read(format!("{name}.supply")),
-            tank: trace.read(format!("{name}.tank")),
-            a: trace.read(format!("{name}.a")),
-            b: trace.read(format!("{name}.b")),
-        },
+    let input = |name: &str| {
+        let fields = ["command", "supply", "tank", "a", "b", "temperature", "time"];
+        Input::new(fields.map(|field| trace.read(format!("{name}.{field}"))))
     };
-    let state: [Wgsl; N] = std::array::from_fn(|i| trace.read(format!("state.{}", names[i])));
+    let mut state = [Wgsl::constant(0.0); N];
+    for (i, name) in names.iter().enumerate() {
+        state[i] = trace.read(format!("state.{name}"));
+    }
     let now = input("input");
     let position = trace.read("position");
     let step = trace.read("step");
+    let arrived = trace.read("arrived");
 
-    let initial: [Wgsl; N] = plant.initial(&now, position);
-    let observed = plant.observe(&state, &now);
-    let moved = advance(
+    let initial = plant.initial::<N, EFFECTS>(&now, position);
+    let mut remembered = state;
+    let command = match EFFECTS {
+        true => plant.command(&mut remembered, arrived),
+        false => arrived,
+    };
+    let delay = plant.delay().unwrap_or(Wgsl::constant(0.0));
+    let observed = plant.observe::<EFFECTS>(&state, &now);
+    let moved = advance::<Wgsl, N, EFFECTS>(
         &plant,
         state,
         [&input("start"), &input("middle"), &input("end")],
@@ -85,8 +87,8 @@ fn physics_with<const N: usize>(problem: &Problem) -> String {
     );
 
     let padded = |values: [Wgsl; N]| {
-        let mut values = values.to_vec();
-        if N == 0 {
+        let mut values = values[..names.len()].to_vec();
+        if names.is_empty() {
             values.push(Wgsl::constant(0.0));
         }
         values
@@ -98,6 +100,17 @@ fn physics_with<const N: usize>(problem: &Problem) -> String {
             "State",
             padded(initial),
         ),
+        (
+            "command(plant: Plant, state: State, arrived: f32) -> f32",
+            "f32",
+            vec![command],
+        ),
+        (
+            "remember(plant: Plant, state: State, arrived: f32) -> State",
+            "State",
+            padded(remembered),
+        ),
+        ("delay(plant: Plant) -> f32", "f32", vec![delay]),
         (
             "observe(plant: Plant, state: State, input: Input) -> vec3<f32>",
             "vec3<f32>",
@@ -121,8 +134,9 @@ fn physics_with<const N: usize>(problem: &Problem) -> String {
 }
 
 /// The struct `State` and the functions that know its fields.
-fn state_text(names: &[&str]) -> String {
-    let names = if names.is_empty() { &["unused"] } else { names };
+fn state_text(names: &[String]) -> String {
+    let unused = ["unused".to_owned()];
+    let names = if names.is_empty() { &unused } else { names };
     let mut text = String::from("struct State {\n");
     for name in names {
         writeln!(text, "    {name}: f32,").expect("writing to a string");

@@ -26,7 +26,15 @@ pub fn actuator_and_valve(samples: usize) -> Problem {
 fn planted(structure: Structure, samples: usize) -> Problem {
     let parameters = structure.parameters();
     let sample = |k: usize| Sample {
-        input: [9.0 * ((k / 40) as f64 * 1.7).sin(), 0.0, 0.0, 0.0, 0.0],
+        input: [
+            9.0 * ((k / 40) as f64 * 1.7).sin(),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            k as f64 * 1e-3,
+        ],
         weight: 1.0,
         ..Sample::default()
     };

@@ -28,6 +28,12 @@ impl<R: Real> Actuator<R> {
         }
     }
 
+    /// Loop gain K, 1/s.
+    #[inline(always)]
+    pub fn gain(&self) -> R {
+        self.gain
+    }
+
     /// `(ż, ẋ)` for the integrator `z`, the spool `x` and the command `u`.
     #[inline(always)]
     pub fn derivative(&self, z: R, x: R, u: R) -> (R, R) {

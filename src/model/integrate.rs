@@ -4,9 +4,9 @@ use super::Real;
 use super::structure::{Input, Plant};
 
 /// Advances `state` by `step` seconds with the classical fourth-order Runge-Kutta method. `inputs` are those at the
-/// start, the middle and the end of the step.
+/// start, the middle and the end of the step, with the command that acts.
 #[inline(always)]
-pub fn advance<R: Real, const N: usize>(
+pub fn advance<R: Real, const N: usize, const EFFECTS: bool>(
     plant: &Plant<R>,
     state: [R; N],
     inputs: [&Input<R>; 3],
@@ -20,15 +20,19 @@ pub fn advance<R: Real, const N: usize>(
         state
     };
     let [start, middle, end] = inputs;
-    let mut slope = plant.derivative(&state, start);
+    let mut slope = plant.derivative::<N, EFFECTS>(&state, start);
     let mut sum = slope;
     for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)] {
-        slope = plant.derivative(&moved(step * R::constant(share), &slope), input);
+        slope = plant.derivative::<N, EFFECTS>(&moved(step * R::constant(share), &slope), input);
         for i in 0..N {
             sum[i] = sum[i] + R::constant(weight) * slope[i];
         }
     }
-    moved(step * R::constant(1.0 / 6.0), &sum)
+    let mut end_state = moved(step * R::constant(1.0 / 6.0), &sum);
+    if EFFECTS {
+        plant.settle(&state, &mut end_state, start, end, step);
+    }
+    end_state
 }
 
 /// Steps are at most this fraction of the fastest time constant that the bounds allow.

@@ -1,6 +1,7 @@
 //! The physics, each equation written once.
 
 pub mod actuator;
+pub mod effects;
 pub mod integrate;
 pub mod orifice;
 mod parameter;
@@ -9,5 +10,5 @@ mod structure;
 pub mod valve;
 
 pub use parameter::{Parameter, Scale};
-pub use real::Real;
+pub use real::{Real, Valued};
 pub use structure::{Drive, Hold, Initial, Input, Output, Piston, Plant, Structure};

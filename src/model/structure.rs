@@ -1,9 +1,12 @@
 //! A structure: which parts the model has, its parameters, its states, its equations of motion and what is observed.
 
 use super::actuator::Actuator;
-use super::valve::{Pressures, Valve, ValveForm};
+use super::effects::{Act, Action, Effect, Moment, Motion, Scale};
+use super::valve::{Drop, Pressures, Valve, ValveForm};
 use super::{Parameter, Real};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// A simulated quantity that a measurement is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -101,6 +104,9 @@ pub struct Structure {
     /// The valve, where flow or an integrated position is observed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valve: Option<ValveForm>,
+    /// What is added to the base model, in the order of the catalogue.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<Effect>,
 }
 
 impl Structure {
@@ -116,6 +122,7 @@ impl Structure {
             hold: Hold::default(),
             initial: Initial::default(),
             valve: None,
+            effects: Vec::new(),
         }
     }
 
@@ -148,12 +155,48 @@ impl Structure {
         self.observes(Output::Flow) || self.integrates_position()
     }
 
-    fn integrates_position(&self) -> bool {
+    /// The same structure with `effect`, in its place.
+    pub fn with(&self, effect: Effect) -> Self {
+        let mut structure = self.clone();
+        if !structure.effects.contains(&effect) {
+            structure.effects.push(effect);
+            structure.effects.sort_by_key(Effect::rank);
+        }
+        structure
+    }
+
+    /// The same structure without `effect`.
+    pub fn without(&self, effect: Effect) -> Self {
+        let mut structure = self.clone();
+        structure.effects.retain(|other| *other != effect);
+        structure
+    }
+
+    pub(crate) fn integrates_position(&self) -> bool {
         self.observes(Output::Position) && self.piston == Piston::Integrated
     }
 
+    /// Whether an effect delays the command.
+    pub fn delays(&self) -> bool {
+        self.effects
+            .iter()
+            .any(|effect| effect.entry.name == "delay")
+    }
+
     /// The names of the states, in their order.
-    pub fn states(&self) -> Vec<&'static str> {
+    pub fn states(&self) -> Vec<String> {
+        let mut names: Vec<String> = self.base_states().into_iter().map(String::from).collect();
+        for effect in &self.effects {
+            let own = effect.entry.states.iter();
+            names.extend(own.map(|state| match effect.output {
+                Some(output) => format!("{state}_{}", output.name()),
+                None => (*state).to_owned(),
+            }));
+        }
+        names
+    }
+
+    fn base_states(&self) -> Vec<&'static str> {
         let mut names = Vec::new();
         if self.drive == Drive::Actuator {
             names.extend(["integrator", "spool"]);
@@ -166,6 +209,35 @@ impl Structure {
 
     /// All parameters with generic bounds and start values, in the order in which [`Plant::new`] takes them.
     pub fn parameters(&self) -> Vec<Parameter> {
+        let spool = self.unit(Output::Spool);
+        let spool = if spool == "%" { 100.0 } else { self.full_scale };
+        self.parameters_at(&Scale {
+            command: self.full_scale,
+            command_unit: self.command_unit.clone(),
+            outputs: [spool, 100.0, 100.0],
+            units: Output::ALL.map(|output| self.unit(output).to_owned()),
+            interval: 1e-3,
+            length: 10.0,
+            temperature: false,
+            pressure: self
+                .valve
+                .as_ref()
+                .is_some_and(|valve| valve.drop != Drop::Rated),
+            rated_drop: 10.0,
+            lines: [None; 3],
+        })
+    }
+
+    /// The same, with bounds of the effects' parameters that suit `scale`.
+    pub fn parameters_at(&self, scale: &Scale) -> Vec<Parameter> {
+        let mut list = self.base_parameters();
+        for effect in &self.effects {
+            list.extend(effect.parameters(scale));
+        }
+        list
+    }
+
+    fn base_parameters(&self) -> Vec<Parameter> {
         let (scale, unit) = (self.full_scale, self.command_unit.as_str());
         let mut list = Vec::new();
         if self.drive == Drive::Actuator {
@@ -218,11 +290,15 @@ impl Structure {
                 parameter.low
             })
         };
-        match (bound("gain", true), bound("time_constant", false)) {
+        let loop_rate = match (bound("gain", true), bound("time_constant", false)) {
             // The loop's poles are those of s² + s/T + K/T: none is larger than both of these.
             (Some(gain), Some(lag)) => (1.0 / lag).max((gain / lag).sqrt()),
             _ => 0.0,
-        }
+        };
+        let supply_rate = bound("supply_lag", false).map_or(0.0, |lag| 1.0 / lag);
+        let line = |output: &Output| bound(&format!("line_frequency_{}", output.name()), true);
+        let line_rate = Output::ALL.iter().filter_map(line).fold(0.0, f64::max) * TAU;
+        loop_rate.max(supply_rate).max(line_rate)
     }
 }
 
@@ -233,21 +309,44 @@ pub struct Input<R> {
     pub command: R,
     /// The measured port pressures, bar.
     pub pressures: Pressures<R>,
+    /// The measured temperature, degC.
+    pub temperature: R,
+    /// Time since the record's first row, s.
+    pub time: R,
 }
 
 impl<R: Real> Input<R> {
-    /// The input whose values are the same for every candidate, in the order command, supply, tank, a, b.
+    /// The input whose values are the same for every candidate, in the order command, supply, tank, a, b, temperature,
+    /// time.
     #[inline(always)]
-    pub fn constant(values: [f64; 5]) -> Self {
-        let [command, supply, tank, a, b] = values.map(R::constant);
+    pub fn constant(values: [f64; 7]) -> Self {
+        Self::new(values.map(R::constant))
+    }
+
+    /// The input with these values, in the same order.
+    #[inline(always)]
+    pub fn new(values: [R; 7]) -> Self {
+        let [command, supply, tank, a, b, temperature, time] = values;
         Self {
             command,
             pressures: Pressures { supply, tank, a, b },
+            temperature,
+            time,
         }
     }
 }
 
+/// An effect in a plant: its action, where its states are, and what it is on.
+#[derive(Debug, Clone)]
+struct Placed<R> {
+    action: Action<R>,
+    states: Range<usize>,
+    output: Option<Output>,
+}
+
 /// A structure with values for its parameters: what is computed once a candidate.
+///
+/// Methods with `EFFECTS` false leave out what effects do: the base model costs nothing more than itself.
 #[derive(Debug, Clone)]
 pub struct Plant<R> {
     actuator: Option<Actuator<R>>,
@@ -257,9 +356,21 @@ pub struct Plant<R> {
     spool_gain: Option<R>,
     /// mm/s of piston for each L/min.
     piston_speed: Option<R>,
-    percent: f64,
+    full_scale: f64,
     observes: [bool; 3],
+    effects: Vec<Placed<R>>,
 }
+
+/// Spool, opening and flow at one instant, and the flow before what the flow port's effects add.
+struct Path<R> {
+    spool: R,
+    flow: R,
+    drawn: R,
+    moment: Moment<R>,
+}
+
+/// Pressure drop that flow forces are related to where pressures are measured, bar: at which servo valves are rated.
+const REFERENCE_DROP: f64 = 70.0;
 
 impl<R: Real> Plant<R> {
     /// The plant of `structure`, with values in the order of [`Structure::parameters`].
@@ -286,6 +397,17 @@ impl<R: Real> Plant<R> {
         let piston_speed = structure
             .integrates_position()
             .then(|| (R::constant(1e-3 / 60.0 / 1e-4 * 1e3) / take(1)[0]).named("piston_speed"));
+        let mut state = structure.base_states().len();
+        let mut effects = Vec::with_capacity(structure.effects.len());
+        for effect in &structure.effects {
+            let first = state;
+            state += effect.entry.states.len();
+            effects.push(Placed {
+                action: Action::new(effect.entry.name, || take(1)[0]),
+                states: first..state,
+                output: effect.output,
+            });
+        }
         Self {
             actuator,
             valve,
@@ -293,15 +415,37 @@ impl<R: Real> Plant<R> {
             initial_spool,
             spool_gain,
             piston_speed,
-            percent: 100.0 / structure.full_scale,
+            full_scale: structure.full_scale,
             observes: Output::ALL.map(|output| structure.observes(output)),
+            effects,
         }
+    }
+
+    /// How long the command takes to arrive, s, where an effect delays it.
+    #[inline(always)]
+    pub fn delay(&self) -> Option<R> {
+        self.effects.iter().find_map(|effect| effect.action.delay())
     }
 
     /// The state at the first sample, for its `input` and the first measured `position` (mm).
     #[inline(always)]
-    pub fn initial<const N: usize>(&self, input: &Input<R>, position: R) -> [R; N] {
+    pub fn initial<const N: usize, const EFFECTS: bool>(
+        &self,
+        input: &Input<R>,
+        position: R,
+    ) -> [R; N] {
         let mut state = [R::constant(0.0); N];
+        let mut input = *input;
+        if EFFECTS {
+            for effect in &self.effects {
+                effect
+                    .action
+                    .settled(&mut state[effect.states.clone()], input.command);
+                input.command = effect
+                    .action
+                    .command(&mut state[effect.states.clone()], input.command);
+            }
+        }
         if self.actuator.is_some() {
             let spool = match (self.initial, self.initial_spool) {
                 (Initial::Free, Some(spool)) => spool,
@@ -312,9 +456,63 @@ impl<R: Real> Plant<R> {
             state[1] = spool;
         }
         if self.piston_speed.is_some() {
-            state[N - 1] = position;
+            state[self.position::<EFFECTS>(N)] = position;
+        }
+        if EFFECTS {
+            self.settle_supply(&mut state, &input);
+            self.settle_outputs(&mut state, &input);
         }
         state
+    }
+
+    /// The flow drawn from a supply that gives way under it, by iteration.
+    #[inline(always)]
+    fn settle_supply(&self, state: &mut [R], input: &Input<R>) {
+        for _ in 0..4 {
+            let drawn = self.path::<true>(state, input, true).drawn;
+            for effect in &self.effects {
+                if !effect.states.is_empty() && effect.output.is_none() {
+                    let own = &mut state[effect.states.clone()];
+                    effect.action.settled_supply(own, drawn);
+                }
+            }
+        }
+    }
+
+    /// What filters an output starts settled on it.
+    #[inline(always)]
+    fn settle_outputs(&self, state: &mut [R], input: &Input<R>) {
+        let path = self.path::<true>(state, input, true);
+        for output in Output::ALL {
+            let mut value = self.output::<true>(output, state, &path);
+            for effect in self.on(output) {
+                let own = &mut state[effect.states.clone()];
+                effect.action.settled(own, value);
+                value = effect.action.measure(own, value, &path.moment);
+            }
+        }
+    }
+
+    /// The place of the piston's position in the state.
+    #[inline(always)]
+    fn position<const EFFECTS: bool>(&self, states: usize) -> usize {
+        match EFFECTS {
+            true if self.actuator.is_some() => 2,
+            true => 0,
+            false => states - 1,
+        }
+    }
+
+    /// The command that acts, when `command` has arrived: `state` remembers it.
+    #[inline(always)]
+    pub fn command(&self, state: &mut [R], command: R) -> R {
+        let mut command = command;
+        for effect in &self.effects {
+            command = effect
+                .action
+                .command(&mut state[effect.states.clone()], command);
+        }
+        command
     }
 
     /// Spool position in the unit of the command.
@@ -327,49 +525,184 @@ impl<R: Real> Plant<R> {
         }
     }
 
+    /// What passes from the spool to the flow. `input` has the command that acts.
     #[inline(always)]
-    fn flow(&self, state: &[R], input: &Input<R>) -> R {
-        match &self.valve {
-            Some(valve) => {
-                let x = (self.spool(state, input) * R::constant(self.percent)).named("opening");
-                valve.flow(x, &input.pressures).named("flow")
+    fn path<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>, with_flow: bool) -> Path<R> {
+        let zero = R::constant(0.0);
+        let spool = self.spool(state, input);
+        let mut opening = spool;
+        let (mut flow, mut drop) = (zero, zero);
+        if with_flow && let Some(valve) = &self.valve {
+            opening = (spool * R::constant(100.0 / self.full_scale)).named("opening");
+            let mut pressures = valve.supplied(&input.pressures);
+            if EFFECTS {
+                for effect in &self.effects {
+                    opening = effect.action.opening(opening);
+                    let own = &state[effect.states.clone()];
+                    pressures.supply = effect.action.supply(own, pressures.supply);
+                }
+                drop = pressures.supply - pressures.tank;
             }
-            None => R::constant(0.0),
+            flow = valve.flow_from(opening, &pressures).named("flow");
+        }
+        let moment = Moment {
+            time: input.time,
+            temperature: input.temperature,
+            opening,
+            drop,
+        };
+        let drawn = flow;
+        if EFFECTS {
+            for effect in &self.effects {
+                flow = effect.action.flow(flow, &moment);
+            }
+        }
+        Path {
+            spool,
+            flow,
+            drawn,
+            moment,
         }
     }
 
-    /// The time derivative of the state.
+    /// Opening times pressure drop over the reference drop, in the unit of the command.
     #[inline(always)]
-    pub fn derivative<const N: usize>(&self, state: &[R; N], input: &Input<R>) -> [R; N] {
+    fn load(&self, path: &Path<R>) -> R {
+        match &self.valve {
+            None => path.spool,
+            Some(valve) => {
+                let opening = path.moment.opening * R::constant(0.01 * self.full_scale);
+                match valve.rated_drop() {
+                    Some(rated) => opening * (path.moment.drop / rated),
+                    None => opening * (path.moment.drop * R::constant(1.0 / REFERENCE_DROP)),
+                }
+            }
+        }
+    }
+
+    /// The time derivative of the state. `input` has the command that acts.
+    #[inline(always)]
+    pub fn derivative<const N: usize, const EFFECTS: bool>(
+        &self,
+        state: &[R; N],
+        input: &Input<R>,
+    ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
+        if !EFFECTS {
+            if let Some(actuator) = &self.actuator {
+                (slope[0], slope[1]) = actuator.derivative(state[0], state[1], input.command);
+            }
+            if let Some(speed) = self.piston_speed {
+                slope[N - 1] = speed * self.path::<false>(state, input, true).flow;
+            }
+            return slope;
+        }
+        let path = self.path::<true>(state, input, true);
         if let Some(actuator) = &self.actuator {
-            (slope[0], slope[1]) = actuator.derivative(state[0], state[1], input.command);
+            let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);
+            let motion = Motion {
+                gain: actuator.gain(),
+                speed,
+                load: self.load(&path),
+            };
+            for effect in &self.effects {
+                drive = effect.action.drive(drive, &motion);
+                speed = effect.action.speed(speed);
+            }
+            (slope[0], slope[1]) = (drive, speed);
         }
         if let Some(speed) = self.piston_speed {
-            slope[N - 1] = speed * self.flow(state, input);
+            slope[self.position::<true>(N)] = speed * path.flow;
+        }
+        for effect in &self.effects {
+            if !effect.states.is_empty() && effect.output.is_none() {
+                let own = &state[effect.states.clone()];
+                slope[effect.states.start] = effect.action.drawn(own, path.drawn);
+            }
         }
         slope
     }
 
-    /// The outputs in the order of [`Output::ALL`]; those that are not observed are zero.
+    /// What happens at the end of an integration step from `before` to `state`: the spool sticks or meets a stop, and what
+    /// filters an output follows it. The inputs are those at the step's start and end.
     #[inline(always)]
-    pub fn observe(&self, state: &[R], input: &Input<R>) -> [R; 3] {
+    pub fn settle<const N: usize>(
+        &self,
+        before: &[R; N],
+        state: &mut [R; N],
+        start: &Input<R>,
+        end: &Input<R>,
+        step: R,
+    ) {
+        let earlier = self.path::<true>(before, start, true);
+        if let Some(actuator) = &self.actuator {
+            let (_, speed) = actuator.derivative(before[0], before[1], start.command);
+            let (mut drive, _) = actuator.derivative(state[0], state[1], end.command);
+            let path = self.path::<true>(state, end, true);
+            let motion = Motion {
+                gain: actuator.gain(),
+                speed,
+                load: self.load(&path),
+            };
+            for effect in &self.effects {
+                (state[0], state[1]) = effect.action.settle(state[0], state[1], drive, &motion);
+                drive = effect.action.drive(drive, &motion);
+            }
+        }
+        let later = self.path::<true>(state, end, true);
+        for output in Output::ALL {
+            let mut old = self.output::<true>(output, before, &earlier);
+            let mut new = self.output::<true>(output, state, &later);
+            for effect in self.on(output) {
+                let own = &mut state[effect.states.clone()];
+                effect.action.filter(own, old, new, step);
+                old = effect
+                    .action
+                    .measure(&before[effect.states.clone()], old, &earlier.moment);
+                new = effect.action.measure(own, new, &later.moment);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn on(&self, output: Output) -> impl Iterator<Item = &Placed<R>> {
+        self.effects
+            .iter()
+            .filter(move |effect| effect.output == Some(output))
+    }
+
+    /// The value of an output before its sensor; zero where it is not observed.
+    #[inline(always)]
+    fn output<const EFFECTS: bool>(&self, output: Output, state: &[R], path: &Path<R>) -> R {
+        match output {
+            _ if !self.observes[output as usize] => R::constant(0.0),
+            Output::Spool => match self.spool_gain {
+                Some(gain) => gain * path.spool,
+                None => path.spool,
+            },
+            Output::Flow => path.flow,
+            Output::Position => match self.piston_speed {
+                Some(_) => state[self.position::<EFFECTS>(state.len())],
+                None => path.spool,
+            },
+        }
+    }
+
+    /// The outputs in the order of [`Output::ALL`]; those that are not observed are zero. `input` has the command that
+    /// acts.
+    #[inline(always)]
+    pub fn observe<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>) -> [R; 3] {
+        let path = self.path::<EFFECTS>(state, input, EFFECTS || self.observes[1]);
         let mut outputs = [R::constant(0.0); 3];
-        let spool = self.spool(state, input);
-        if self.observes[0] {
-            outputs[0] = match self.spool_gain {
-                Some(gain) => gain * spool,
-                None => spool,
-            };
-        }
-        if self.observes[1] {
-            outputs[1] = self.flow(state, input);
-        }
-        if self.observes[2] {
-            outputs[2] = match self.piston_speed {
-                Some(_) => state[state.len() - 1],
-                None => spool,
-            };
+        for output in Output::ALL {
+            let mut value = self.output::<EFFECTS>(output, state, &path);
+            if EFFECTS {
+                for effect in self.on(output) {
+                    let own = &state[effect.states.clone()];
+                    value = effect.action.measure(own, value, &path.moment);
+                }
+            }
+            outputs[output as usize] = value;
         }
         outputs
     }

@@ -283,31 +283,46 @@ impl<R: Real> Valve<R> {
         }
     }
 
-    /// The port pressures that the flow follows from, given the measured ones.
+    /// The rated drop, bar, where no pressure is measured.
     #[inline(always)]
-    pub fn pressures(&self, measured: &Pressures<R>) -> Pressures<R> {
-        let (supply, tank) = match self.rated_drop {
-            Some(drop) => (drop, R::constant(0.0)),
-            None => (measured.supply, measured.tank),
-        };
-        match self.drop {
-            Drop::Ports => *measured,
-            Drop::Rated | Drop::Supply => {
-                let middle = (supply + tank) * R::constant(0.5);
-                Pressures {
-                    supply,
-                    tank,
-                    a: middle,
-                    b: middle,
-                }
-            }
+    pub fn rated_drop(&self) -> Option<R> {
+        self.rated_drop
+    }
+
+    /// The measured pressures with those of supply and tank that the flow follows from.
+    #[inline(always)]
+    pub fn supplied(&self, measured: &Pressures<R>) -> Pressures<R> {
+        match self.rated_drop {
+            Some(supply) => Pressures {
+                supply,
+                tank: R::constant(0.0),
+                ..*measured
+            },
+            None => *measured,
         }
     }
 
     /// What the flow meter shows, L/min, for spool position `x` in % of full scale and the measured pressures in bar.
     #[inline(always)]
     pub fn flow(&self, x: R, measured: &Pressures<R>) -> R {
-        let flows = self.orifice_flows(x, &self.pressures(measured));
+        self.flow_from(x, &self.supplied(measured))
+    }
+
+    /// The same from the pressures of supply and tank, and of the ports where they are measured.
+    #[inline(always)]
+    pub fn flow_from(&self, x: R, supplied: &Pressures<R>) -> R {
+        let pressures = match self.drop {
+            Drop::Ports => *supplied,
+            Drop::Rated | Drop::Supply => {
+                let middle = (supplied.supply + supplied.tank) * R::constant(0.5);
+                Pressures {
+                    a: middle,
+                    b: middle,
+                    ..*supplied
+                }
+            }
+        };
+        let flows = self.orifice_flows(x, &pressures);
         match self.meter {
             Meter::Load => flows.load(),
             Meter::Supply => flows.supply(),

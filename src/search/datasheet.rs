@@ -69,7 +69,7 @@ impl Sheet {
         let last = curve.opening.len() - 1;
         let samples = (0..=last)
             .map(|k| Sample {
-                input: [curve.opening[k], 0.0, 0.0, 0.0, 0.0],
+                input: [curve.opening[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
                 target: [0.0, curve.flow[k], 0.0],
                 weight: curve.weight[k],
                 ..Sample::default()
@@ -229,7 +229,7 @@ fn flow_of_unit_area(structure: &Structure, parameters: &[Parameter]) -> f64 {
     };
     let values: Vec<f64> = parameters.iter().enumerate().map(value).collect();
     let sample = Sample {
-        input: [100.0, 0.0, 0.0, 0.0, 0.0],
+        input: [100.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         ..Sample::default()
     };
     let record = Series {

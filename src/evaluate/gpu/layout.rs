@@ -24,14 +24,16 @@ pub struct Sample {
     pub step: f32,
     /// How many of them there are.
     pub substeps: u32,
+    /// Pieces into which late commands can cut the interval to the next row.
+    pub pieces: u32,
     /// Weight of the row's squared errors.
     pub weight: f32,
-    /// Command, supply, tank, A and B.
-    pub input: [f32; 5],
+    /// Command, supply, tank, A, B, temperature and time.
+    pub input: [f32; 7],
+    /// What `f32` leaves of the time.
+    pub time_rest: f32,
     /// Measured spool, flow and position.
     pub target: [f32; 3],
-    /// Unused.
-    pub padding: f32,
 }
 
 /// `Series` of the shader.
@@ -64,6 +66,6 @@ pub struct Tone {
 
 // The sizes that the shader's arrays step by.
 const _: () = assert!(size_of::<Work>() == 16);
-const _: () = assert!(size_of::<Sample>() == 48);
+const _: () = assert!(size_of::<Sample>() == 60);
 const _: () = assert!(size_of::<Series>() == 8);
 const _: () = assert!(size_of::<Tone>() == 24);

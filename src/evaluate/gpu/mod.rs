@@ -366,10 +366,11 @@ impl GpuEvaluator {
             samples.extend(one.samples.iter().map(|sample| layout::Sample {
                 step: sample.step as f32,
                 substeps: sample.substeps,
+                pieces: sample.pieces,
                 weight: sample.weight as f32,
                 input: sample.input.map(|value| value as f32),
+                time_rest: (sample.input[6] - f64::from(sample.input[6] as f32)) as f32,
                 target: sample.target.map(|value| value as f32),
-                padding: 0.0,
             }));
         }
         let bytes = size_of_val(samples.as_slice()) as u64;

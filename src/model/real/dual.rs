@@ -1,6 +1,6 @@
 //! Dual numbers: a value and its exact derivatives with respect to `D` parameters.
 
-use super::Real;
+use super::{Real, Valued};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A value with its gradient.
@@ -116,5 +116,20 @@ impl<const D: usize> Real for Dual<D> {
         } else {
             other
         }
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self::constant(self.value.floor())
+    }
+    #[inline(always)]
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        if self.value > 0.0 { yes } else { no }
+    }
+}
+
+impl<const D: usize> Valued for Dual<D> {
+    #[inline(always)]
+    fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
+        Self::constant(f(self.value))
     }
 }

@@ -1,6 +1,6 @@
 //! Many candidates at once: vectors as wide as the CPU has them, several in flight to hide latency.
 
-use super::Real;
+use super::{Real, Valued};
 use bytemuck::Pod;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -27,10 +27,17 @@ pub trait Element: Real + Pod + Into<f64> {
     fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
     /// Square root.
     fn sqrt<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
+    /// `yes` where `a` is above zero, otherwise `no`.
+    fn select<S: Simd>(
+        simd: S,
+        a: Self::Vector<S>,
+        yes: Self::Vector<S>,
+        no: Self::Vector<S>,
+    ) -> Self::Vector<S>;
 }
 
 macro_rules! element {
-    ($float:ident, $vector:ident, $splat:ident, $($method:ident $own:ident ($($argument:ident),+)),+) => {
+    ($float:ident, $vector:ident, $splat:ident, $greater:ident, $select:ident, $($method:ident $own:ident ($($argument:ident),+)),+) => {
         impl Element for $float {
             type Vector<S: Simd> = S::$vector;
             #[inline(always)]
@@ -41,15 +48,24 @@ macro_rules! element {
             fn $method<S: Simd>(simd: S, $($argument: S::$vector),+) -> S::$vector {
                 simd.$own($($argument),+)
             })+
+            #[inline(always)]
+            fn select<S: Simd>(
+                simd: S,
+                a: S::$vector,
+                yes: S::$vector,
+                no: S::$vector,
+            ) -> S::$vector {
+                simd.$select(simd.$greater(a, simd.$splat(0.0)), yes, no)
+            }
         }
     };
 }
 element!(
-    f32, f32s, splat_f32s, add add_f32s(a, b), sub sub_f32s(a, b), mul mul_f32s(a, b), div div_f32s(a, b),
+    f32, f32s, splat_f32s, greater_than_f32s, select_f32s, add add_f32s(a, b), sub sub_f32s(a, b), mul mul_f32s(a, b), div div_f32s(a, b),
     min min_f32s(a, b), max max_f32s(a, b), neg neg_f32s(a), sqrt sqrt_f32s(a)
 );
 element!(
-    f64, f64s, splat_f64s, add add_f64s(a, b), sub sub_f64s(a, b), mul mul_f64s(a, b), div div_f64s(a, b),
+    f64, f64s, splat_f64s, greater_than_f64s, select_f64s, add add_f64s(a, b), sub sub_f64s(a, b), mul mul_f64s(a, b), div div_f64s(a, b),
     min min_f64s(a, b), max max_f64s(a, b), neg neg_f64s(a), sqrt sqrt_f64s(a)
 );
 
@@ -143,5 +159,32 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         self.zip(other, <E as Element>::max)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        let mut result = self;
+        for lane in bytemuck::cast_slice_mut::<_, E>(&mut result.0) {
+            *lane = Real::floor(*lane);
+        }
+        result
+    }
+    #[inline(always)]
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        let mut result = self;
+        for i in 0..K {
+            result.0[i] = E::select(token::<S>(), self.0[i], yes.0[i], no.0[i]);
+        }
+        result
+    }
+}
+
+impl<E: Element, S: Simd, const K: usize> Valued for Lanes<E, S, K> {
+    #[inline(always)]
+    fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
+        let mut result = self;
+        for lane in bytemuck::cast_slice_mut::<_, E>(&mut result.0) {
+            *lane = E::constant(f((*lane).into()));
+        }
+        result
     }
 }

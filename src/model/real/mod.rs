@@ -2,7 +2,8 @@
 //!
 //! An equation written over [`Real`] is read as `f64` (the reference), `f32` (the shader's twin), [`Lanes`] (many
 //! candidates at once), [`Dual`] (exact sensitivities) and [`Wgsl`] (the shader's physics as text). There are no
-//! branches on values: a choice is a `min`, a `max` or a clamp, so that lanes and invocations stay in lockstep.
+//! branches on values: a choice is a `min`, a `max`, a clamp or a selection, so that lanes and invocations stay in
+//! lockstep.
 
 mod dual;
 mod lanes;
@@ -31,6 +32,10 @@ pub trait Real:
     fn min(self, other: Self) -> Self;
     /// The larger of the two.
     fn max(self, other: Self) -> Self;
+    /// The largest whole number that is not larger.
+    fn floor(self) -> Self;
+    /// `yes` where the number is above zero, otherwise `no`.
+    fn if_positive(self, yes: Self, no: Self) -> Self;
     /// A name for people who read the traced shader; the value is unchanged.
     #[inline(always)]
     fn named(self, _name: &str) -> Self {
@@ -41,6 +46,44 @@ pub trait Real:
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
+    /// Magnitude.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.max(-self)
+    }
+    /// sin(2π · self), to 1e-11, by reduction to a quarter turn and the sine's series.
+    #[inline(always)]
+    fn sine_of_turns(self) -> Self {
+        let constant = Self::constant;
+        let turn = self - (self + constant(0.5)).floor();
+        let quarter = turn.min(constant(0.5) - turn).max(constant(-0.5) - turn);
+        let angle = quarter * constant(std::f64::consts::TAU);
+        let square = angle * angle;
+        let mut sum = constant(1.0);
+        for n in [16.0, 14.0, 12.0, 10.0, 8.0, 6.0, 4.0, 2.0] {
+            sum = constant(1.0) - square * constant(1.0 / (n * (n + 1.0))) * sum;
+        }
+        angle * sum
+    }
+    /// e^(−self) for `self` ≥ 0, to 1e-4 and falling to zero: what a lag keeps of its past after a step of so many time
+    /// constants.
+    #[inline(always)]
+    fn decay(self) -> Self {
+        let part = self * Self::constant(0.25);
+        let mut sum = Self::constant(1.0);
+        for n in [6.0, 5.0, 4.0, 3.0, 2.0, 1.0] {
+            sum = Self::constant(1.0) + part * Self::constant(1.0 / n) * sum;
+        }
+        let root = Self::constant(1.0) / sum;
+        let square = root * root;
+        square * square
+    }
+}
+
+/// A number that has a value now, so that it can choose a row of a table. The shader's loops choose rows themselves.
+pub trait Valued: Real {
+    /// What `f` makes of the value, or of every lane's value, without sensitivities.
+    fn look_up(self, f: impl FnMut(f64) -> f64) -> Self;
 }
 
 macro_rules! primitive {
@@ -62,6 +105,21 @@ macro_rules! primitive {
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 if self > other { self } else { other }
+            }
+            #[inline(always)]
+            fn floor(self) -> Self {
+                self.floor()
+            }
+            #[inline(always)]
+            fn if_positive(self, yes: Self, no: Self) -> Self {
+                if self > 0.0 { yes } else { no }
+            }
+        }
+
+        impl Valued for $float {
+            #[inline(always)]
+            fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
+                f(self.into()) as $float
             }
         }
     };

@@ -19,6 +19,8 @@ enum Operation {
     Unary(&'static str, Wgsl),
     Infix(char, Wgsl, Wgsl),
     Call(&'static str, Wgsl, Wgsl),
+    /// The second where the first is above zero, otherwise the third.
+    Select(Wgsl, Wgsl, Wgsl),
 }
 
 impl Operation {
@@ -27,6 +29,7 @@ impl Operation {
             Self::Constant(_) | Self::Read(_) => vec![],
             Self::Unary(_, a) => vec![*a],
             Self::Infix(_, a, b) | Self::Call(_, a, b) => vec![*a, *b],
+            Self::Select(a, yes, no) => vec![*a, *yes, *no],
         }
     }
 }
@@ -101,6 +104,12 @@ impl Real for Wgsl {
     }
     fn max(self, other: Self) -> Self {
         record(Operation::Call("max", self, other))
+    }
+    fn floor(self) -> Self {
+        record(Operation::Unary("floor", self))
+    }
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        record(Operation::Select(self, yes, no))
     }
     fn named(self, name: &str) -> Self {
         TAPE.with_borrow_mut(|tape| {
@@ -333,6 +342,10 @@ impl Writer<'_> {
             Operation::Call(name, a, b) => {
                 let (a, b) = (self.reference(*a), self.reference(*b));
                 return format!("{name}({}, {})", strip(&a), strip(&b));
+            }
+            Operation::Select(a, yes, no) => {
+                let [a, yes, no] = [a, yes, no].map(|&number| self.reference(number));
+                return format!("select({}, {}, {a} > 0.0)", strip(&no), strip(&yes));
             }
             Operation::Infix(sign, a, b) => {
                 format!("({} {sign} {})", self.reference(*a), self.reference(*b))

@@ -1,0 +1,235 @@
+//! When the command arrives late: which of a record's commands act between two rows, exactly for any delay.
+
+use super::problem::Series;
+use crate::model::Valued;
+
+/// How much of an interval between rows may be taken for rounding of the time stamps.
+const JITTER: f64 = 1e-6;
+
+/// The commands that act from row `row` to the next when each arrives `delay` seconds late. They change where a row's time
+/// plus the delay falls: the interval is cut there into pieces, of which some have no length.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival<'a, R> {
+    series: &'a Series,
+    row: usize,
+    delay: R,
+    /// Number of the row whose command acts at the interval's start; −1 before the first has arrived.
+    first: R,
+}
+
+impl<'a, R: Valued> Arrival<'a, R> {
+    #[inline(always)]
+    pub(super) fn new(series: &'a Series, row: usize, delay: R) -> Self {
+        let now = series.time[row];
+        Self {
+            series,
+            row,
+            delay,
+            first: delay.look_up(|delay| series.last_before(now - delay) as f64),
+        }
+    }
+
+    /// The command that piece `piece` begins with and its change until the next row's command arrives.
+    #[inline(always)]
+    fn command(&self, piece: usize) -> (R, R) {
+        let at = |first: f64, more: usize| {
+            let last = self.series.samples.len() - 1;
+            let row = (first + (piece + more) as f64).max(0.0) as usize;
+            self.series.samples[row.min(last)].input[0]
+        };
+        let change = self.first.look_up(|first| {
+            // Before the first row the command has always been what it is there.
+            if first + piece as f64 >= 0.0 {
+                at(first, 1) - at(first, 0)
+            } else {
+                0.0
+            }
+        });
+        (self.first.look_up(|first| at(first, 0)), change)
+    }
+
+    /// Where piece `piece` would begin, seconds after the row, if it did not begin at the row, and how long the row whose
+    /// command it has lasts.
+    #[inline(always)]
+    fn beginning(&self, piece: usize) -> (R, R) {
+        let time = &self.series.time;
+        let now = time[self.row];
+        let row = |first: f64, more: usize| (first + (piece + more) as f64).max(0.0) as usize;
+        let begins = |first: f64| match time.get(row(first, 0)) {
+            Some(time) => time - now,
+            None => f64::from(f32::MAX),
+        };
+        let lasts = self.first.look_up(|first| match time.get(row(first, 1)) {
+            Some(end) if first + piece as f64 >= 0.0 => end - time[row(first, 0)],
+            _ => 1.0,
+        });
+        (self.delay + self.first.look_up(begins), lasts)
+    }
+
+    /// The held command at the row.
+    #[inline(always)]
+    pub(super) fn held(&self) -> R {
+        self.command(0).0
+    }
+
+    /// The interpolated command `after` seconds after the row, in piece `piece`.
+    #[inline(always)]
+    pub(super) fn interpolated(&self, piece: usize, after: R) -> R {
+        let (value, change) = self.command(piece);
+        let (begins, lasts) = self.beginning(piece);
+        let share = ((after - begins) / lasts).clamp(R::constant(0.0), R::constant(1.0));
+        value + share * change
+    }
+
+    /// Where piece `piece` ends, in integration steps of the undelayed command: seconds after the row over `substeps`.
+    /// `whole` is the step of the whole interval, at which every later piece ends.
+    #[inline(always)]
+    pub(super) fn end(&self, piece: usize, interval: f64, substeps: u32, whole: R) -> R {
+        let (next, _) = self.beginning(piece + 1);
+        let early = R::constant(interval) - next;
+        early.if_positive(next * R::constant(1.0 / f64::from(substeps)), whole)
+    }
+
+    /// The held command of piece `piece`, which begins `begin` steps after the row, unless that is the interval's end.
+    #[inline(always)]
+    pub(super) fn held_in(&self, piece: usize, begin: R, whole: R, before: R) -> R {
+        (whole - begin).if_positive(self.command(piece).0, before)
+    }
+}
+
+impl Series {
+    /// Number of the last row whose time is not after `time`, or −1.
+    fn last_before(&self, time: f64) -> i64 {
+        let rows = &self.time;
+        let first = rows[0];
+        if time < first {
+            return -1;
+        }
+        let last = rows.len() - 1;
+        let per_row = (rows[last] - first) / last as f64;
+        let guess = (((time - first) / per_row) as usize).min(last);
+        let fits = |row: usize| rows[row] <= time && rows.get(row + 1).is_none_or(|t| *t > time);
+        // Evenly spaced rows are found at once.
+        for row in [guess, guess.saturating_sub(1), (guess + 1).min(last)] {
+            if fits(row) {
+                return row as i64;
+            }
+        }
+        rows.partition_point(|t| *t <= time) as i64 - 1
+    }
+
+    /// Counts for each interval between rows the pieces into which commands that arrive late can cut it.
+    pub(super) fn set_pieces(&mut self) {
+        let mut known: Vec<(f64, u32)> = Vec::new();
+        for k in 1..self.samples.len() {
+            let interval = (self.time[k] - self.time[k - 1]) * (1.0 - JITTER);
+            let near = |(length, _): &&(f64, u32)| *length >= interval && *length < 1.1 * interval;
+            let count = match known.iter().find(near) {
+                Some((_, count)) => *count,
+                None => {
+                    let length = if known.is_empty() {
+                        interval * (1.0 + 0.5 * JITTER)
+                    } else {
+                        1.05 * interval
+                    };
+                    let count = most_in_a_window(&self.time, length);
+                    known.push((length, count));
+                    count
+                }
+            };
+            self.samples[k - 1].pieces = count + 1;
+        }
+    }
+}
+
+/// The largest number of `times` in a window of this length, its end excluded.
+fn most_in_a_window(times: &[f64], length: f64) -> u32 {
+    let mut first = 0;
+    let mut most = 0;
+    for (last, time) in times.iter().enumerate() {
+        while times[first] + length <= *time {
+            first += 1;
+        }
+        most = most.max(last - first + 1);
+    }
+    most as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::problem::Sample;
+
+    fn series(time: &[f64]) -> Series {
+        let mut series = Series {
+            name: "rows".into(),
+            time: time.to_vec(),
+            samples: time
+                .iter()
+                .enumerate()
+                .map(|(k, _)| Sample {
+                    input: [k as f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                    ..Sample::default()
+                })
+                .collect(),
+        };
+        series.set_steps(100.0, 1);
+        series
+    }
+
+    /// What acts at every moment, taken from the pieces: (begin, end, command) for each that has a length.
+    fn pieces(series: &Series, row: usize, delay: f64) -> Vec<(f64, f64, f64)> {
+        let arrival = Arrival::new(series, row, delay);
+        let sample = &series.samples[row];
+        let interval = series.time[row + 1] - series.time[row];
+        let mut command = arrival.held();
+        let mut begin = 0.0;
+        let mut list = Vec::new();
+        for piece in 0..sample.pieces as usize {
+            command = arrival.held_in(piece, begin, sample.step, command);
+            let end = match piece + 1 == sample.pieces as usize {
+                true => sample.step,
+                false => arrival.end(piece, interval, sample.substeps, sample.step),
+            };
+            if end > begin {
+                let n = f64::from(sample.substeps);
+                list.push((begin * n, end * n, command));
+            }
+            begin = end;
+        }
+        list
+    }
+
+    #[test]
+    fn every_command_acts_exactly_the_delay_later() {
+        let uneven: Vec<f64> = (0..60)
+            .map(|k| f64::from(k) * 1e-3 + 4e-4 * f64::from(k * k % 7) / 7.0)
+            .map(|t| if t > 0.03 { t + 0.011 } else { t })
+            .collect();
+        let even: Vec<f64> = (0..60).map(|k| f64::from(k) * 1e-3).collect();
+        for time in [even, uneven] {
+            let series = series(&time);
+            for delay in [0.0, 0.3e-3, 1e-3, 2.7e-3, 13.4e-3] {
+                for row in 0..time.len() - 1 {
+                    let found = pieces(&series, row, delay);
+                    assert_eq!(found[0].0, 0.0);
+                    assert!((found.last().unwrap().1 - (time[row + 1] - time[row])).abs() < 1e-12);
+                    for (begin, end, command) in found {
+                        let moment = time[row] + (begin + end) / 2.0 - delay;
+                        let due = time.partition_point(|t| *t <= moment).max(1) - 1;
+                        assert_eq!(command, due as f64, "{delay} {row} {begin} {end}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_delay_there_is_one_piece_of_the_whole_step() {
+        let series = series(&[0.0, 1e-3, 2e-3, 3e-3]);
+        assert_eq!(series.samples[1].pieces, 2);
+        let found = pieces(&series, 1, 0.0);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].2, 1.0);
+    }
+}

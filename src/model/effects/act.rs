@@ -1,0 +1,110 @@
+//! What an effect can do at its port. Every method's default changes nothing.
+
+use crate::model::Real;
+
+/// How the spool moves, in the unit of the command.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::model) struct Motion<R> {
+    /// Loop gain K, 1/s.
+    pub gain: R,
+    /// Spool velocity (z − x)/T.
+    pub speed: R,
+    /// The opening of the valve times the pressure drop over the reference one.
+    pub load: R,
+}
+
+/// When something is observed, and in what surroundings.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::model) struct Moment<R> {
+    /// Time since the record's first row, s.
+    pub time: R,
+    /// Measured temperature, degC.
+    pub temperature: R,
+    /// Opening of the valve, % of full scale.
+    pub opening: R,
+    /// Pressure drop from P to T, bar.
+    pub drop: R,
+}
+
+/// An effect with values for its parameters. `own` are the states that belong to it.
+pub(in crate::model) trait Act<R: Real> {
+    /// How long the command takes to arrive, s.
+    fn delay(&self) -> Option<R> {
+        None
+    }
+
+    /// The command after the effect. Called with each command in turn, so that `own` can remember the last.
+    #[inline(always)]
+    fn command(&self, _own: &mut [R], command: R) -> R {
+        command
+    }
+
+    /// What drives the spool, ż in command units per second.
+    #[inline(always)]
+    fn drive(&self, drive: R, _motion: &Motion<R>) -> R {
+        drive
+    }
+
+    /// The spool's velocity, in command units per second.
+    #[inline(always)]
+    fn speed(&self, speed: R) -> R {
+        speed
+    }
+
+    /// Where the integrator (z, which leads the spool) and the spool are after an integration step that ended with
+    /// these and this `drive`; `motion` has the speed before the step.
+    #[inline(always)]
+    fn settle(&self, lead: R, spool: R, _drive: R, _motion: &Motion<R>) -> (R, R) {
+        (lead, spool)
+    }
+
+    /// The opening, % of full scale.
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        opening
+    }
+
+    /// The supply pressure, bar.
+    #[inline(always)]
+    fn supply(&self, _own: &[R], supply: R) -> R {
+        supply
+    }
+
+    /// The rate of change of the effect's one state that follows the magnitude of the `flow` drawn from the supply.
+    #[inline(always)]
+    fn drawn(&self, _own: &[R], _flow: R) -> R {
+        R::constant(0.0)
+    }
+
+    /// The effect's states when that flow has long been `flow`.
+    #[inline(always)]
+    fn settled_supply(&self, _own: &mut [R], _flow: R) {}
+
+    /// The flow, L/min.
+    #[inline(always)]
+    fn flow(&self, flow: R, _moment: &Moment<R>) -> R {
+        flow
+    }
+
+    /// The effect's states when what it filters has long been `value`.
+    #[inline(always)]
+    fn settled(&self, _own: &mut [R], _value: R) {}
+
+    /// Advances the effect's states by a step in which what it filters went straight from `before` to `after`.
+    #[inline(always)]
+    fn filter(&self, _own: &mut [R], _before: R, _after: R, _step: R) {}
+
+    /// The measured value.
+    #[inline(always)]
+    fn measure(&self, _own: &[R], value: R, _moment: &Moment<R>) -> R {
+        value
+    }
+}
+
+/// The value of a first-order lag of `time_constant` after a `step` in which its input went straight from `before` to
+/// `after`: exact for such an input, and the input itself where the time constant is zero.
+#[inline(always)]
+pub(super) fn lagged<R: Real>(value: R, before: R, after: R, time_constant: R, step: R) -> R {
+    let behind = time_constant * ((after - before) / step);
+    after + (value - before + behind) * (step / time_constant).decay() - behind
+}

@@ -1,0 +1,61 @@
+//! A trapped volume fills before the flow passes on.
+
+use super::act::lagged;
+use super::entry;
+use super::{Act, Entry, Moment, Port};
+use crate::model::{Parameter, Real};
+pub(super) const ENTRY: Entry = Entry {
+    name: "compressibility",
+    port: Port::Flow,
+    summary: "A trapped volume of oil fills before the flow passes on",
+    equation: "compressibility dq/dt + q = Q",
+    shows: "a lag of the flow that the spool does not show",
+    confused: "sensor_lag on the flow, which has the same equation: only another volume tells them apart",
+    source: "oil's bulk modulus; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, output| {
+        vec![Parameter::linear(
+            &entry::on("compressibility", output),
+            "s",
+            1e-7,
+            1e-7,
+            (scale.length / 10.0).min(1.0),
+        )]
+    },
+    trials: |scale, _| [1.0, 6.0, 40.0].map(|n| vec![n * scale.interval]).to_vec(),
+    states: &["filled"],
+    neutral: &[("compressibility", 0.0)],
+    applies: entry::has_a_valve,
+    outputs: Some(entry::flow_outputs),
+};
+
+/// A trapped volume of oil fills before the flow passes on.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct Compressibility<R> {
+    time_constant: R,
+}
+
+impl<R: Real> Compressibility<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            time_constant: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for Compressibility<R> {
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], value: R) {
+        own[0] = value;
+    }
+
+    #[inline(always)]
+    fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
+        own[0] = lagged(own[0], before, after, self.time_constant, step);
+    }
+
+    #[inline(always)]
+    fn measure(&self, own: &[R], _value: R, _moment: &Moment<R>) -> R {
+        own[0]
+    }
+}

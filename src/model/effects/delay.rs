@@ -1,0 +1,49 @@
+//! The command arrives late.
+
+use super::entry;
+use super::{Act, Entry, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "delay",
+    port: Port::Command,
+    summary: "The command acts a fixed time after it is given",
+    equation: "u(t - delay)",
+    shows: "a phase error that grows linearly with frequency while the gain stays; the residual follows the command's rate",
+    confused: "sensor_lag, which shows in one channel only; a larger time constant, which also lowers the gain at high frequency",
+    source: "dead time of amplifier, bus and pilot stage; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        vec![Parameter::linear(
+            "delay",
+            "s",
+            0.0,
+            0.0,
+            (50.0 * scale.interval).max(0.1),
+        )]
+    },
+    trials: |scale, _| [1.0, 4.0, 15.0].map(|n| vec![n * scale.interval]).to_vec(),
+    states: &[],
+    neutral: &[],
+    applies: entry::always,
+    outputs: None,
+};
+
+/// The command acts a fixed time after it is given.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct Delay<R> {
+    delay: R,
+}
+
+impl<R: Real> Delay<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { delay: next() }
+    }
+}
+
+impl<R: Real> Act<R> for Delay<R> {
+    #[inline(always)]
+    fn delay(&self) -> Option<R> {
+        Some(self.delay)
+    }
+}

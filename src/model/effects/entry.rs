@@ -1,0 +1,267 @@
+//! An effect's place in the catalogue, and an effect chosen from it.
+
+use super::{CATALOGUE, entry};
+use crate::model::valve::Drop;
+use crate::model::{Drive, Output, Parameter, Piston, Structure};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+use std::str::FromStr;
+
+/// Where an effect attaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Port {
+    /// The command on its way to the actuator.
+    Command,
+    /// The motion of the spool.
+    Actuator,
+    /// The opening that follows from the spool's position.
+    Area,
+    /// The flow and the pressure that drives it.
+    Flow,
+    /// What a sensor makes of the quantity that it measures.
+    Measurement,
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Command => "command",
+            Self::Actuator => "actuator",
+            Self::Area => "area",
+            Self::Flow => "flow",
+            Self::Measurement => "measurement",
+        })
+    }
+}
+
+/// How large things are: from it follow the bounds of an effect's parameters and the values that a diagnosis tries.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scale {
+    /// The command at full scale.
+    pub command: f64,
+    /// The command's unit.
+    pub command_unit: String,
+    /// Largest magnitude of each output, in the order of [`Output::ALL`].
+    pub outputs: [f64; 3],
+    /// Unit of each output.
+    pub units: [String; 3],
+    /// Interval between two rows, s.
+    pub interval: f64,
+    /// Length of the record, s.
+    pub length: f64,
+    /// Whether temperature is measured.
+    pub temperature: bool,
+    /// Whether the supply pressure is measured.
+    pub pressure: bool,
+    /// Rated pressure drop from P to T, bar.
+    pub rated_drop: f64,
+    /// The frequency of each output's strongest spectral line that nothing known explains, Hz.
+    pub lines: [Option<f64>; 3],
+}
+
+impl Scale {
+    /// Largest magnitude of an output.
+    pub fn output(&self, output: Option<Output>) -> f64 {
+        self.outputs[output.map_or(0, |output| output as usize)]
+    }
+
+    /// Unit of an output.
+    pub fn unit(&self, output: Option<Output>) -> &str {
+        &self.units[output.map_or(0, |output| output as usize)]
+    }
+}
+
+/// The name of a parameter of an effect on an output.
+pub(super) fn on(name: &str, output: Option<Output>) -> String {
+    match output {
+        Some(output) => format!("{name}_{}", output.name()),
+        None => name.to_owned(),
+    }
+}
+
+/// Values of an effect's free parameters that a diagnosis starts from.
+pub type Trial = Vec<f64>;
+
+/// An effect as the catalogue describes it.
+#[derive(Debug)]
+pub struct Entry {
+    /// Its name.
+    pub name: &'static str,
+    /// Where it acts.
+    pub port: Port,
+    /// What it is, in one line.
+    pub summary: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// When it shows, and how its residual looks.
+    pub shows: &'static str,
+    /// What it is confused with, and what tells them apart.
+    pub confused: &'static str,
+    /// Where it is described.
+    pub source: &'static str,
+    /// Its parameters; for an effect on one output, of that output. Their start values make it absent.
+    pub parameters: fn(&Scale, Option<Output>) -> Vec<Parameter>,
+    /// Where a search for it begins, near and far from absent: values of the free parameters.
+    pub trials: fn(&Scale, Option<Output>) -> Vec<Trial>,
+    /// Names of its states.
+    pub states: &'static [&'static str],
+    /// Values at which it is absent, where the start values of its parameters are not: (parameter, value).
+    pub neutral: &'static [(&'static str, f64)],
+    /// Whether a structure gives it something to act on.
+    pub applies: fn(&Structure) -> bool,
+    /// For an effect that acts on one output at a time: on which ones it can.
+    pub outputs: Option<fn(&Structure, Output) -> bool>,
+}
+
+impl Entry {
+    /// The forms in which it can act on `structure`: one, or one for each output that it can be on.
+    pub fn on(&'static self, structure: &Structure) -> Vec<Effect> {
+        let on = |output| Effect {
+            entry: self,
+            output,
+        };
+        match self.outputs {
+            _ if !(self.applies)(structure) => Vec::new(),
+            None => vec![on(None)],
+            Some(can) => structure
+                .observed
+                .iter()
+                .filter(|&&output| can(structure, output))
+                .map(|&output| on(Some(output)))
+                .collect(),
+        }
+    }
+}
+
+pub(super) fn always(_: &Structure) -> bool {
+    true
+}
+
+pub(super) fn moves_a_spool(structure: &Structure) -> bool {
+    structure.drive == Drive::Actuator
+}
+
+pub(super) fn has_a_valve(structure: &Structure) -> bool {
+    structure.valve.is_some()
+}
+
+pub(super) fn any_output(_: &Structure, _: Output) -> bool {
+    true
+}
+
+/// The flow, and a position that is its integral.
+pub(super) fn flow_outputs(structure: &Structure, output: Output) -> bool {
+    match output {
+        Output::Spool => false,
+        Output::Flow => true,
+        Output::Position => structure.piston == Piston::Integrated,
+    }
+}
+
+pub(super) fn has_a_rated_drop(structure: &Structure) -> bool {
+    structure
+        .valve
+        .as_ref()
+        .is_some_and(|valve| valve.drop == Drop::Rated)
+}
+
+/// An effect of a structure: an entry of the catalogue, on an output where it is on one.
+///
+/// As text it is `name` or `name.output`, as in `sensor_lag.flow`.
+#[derive(Clone, Copy)]
+pub struct Effect {
+    /// What it is.
+    pub entry: &'static Entry,
+    /// Which output it is on.
+    pub output: Option<Output>,
+}
+
+impl Effect {
+    /// Its place among the effects of a structure: the order of the catalogue, then of the outputs.
+    pub fn rank(&self) -> (usize, Option<Output>) {
+        let place = CATALOGUE.iter().position(|e| e.name == self.entry.name);
+        (place.expect("an entry of the catalogue"), self.output)
+    }
+
+    /// Its parameters.
+    pub fn parameters(&self, scale: &Scale) -> Vec<Parameter> {
+        (self.entry.parameters)(scale, self.output)
+    }
+
+    /// Values of its free parameters where a search for it begins.
+    pub fn trials(&self, scale: &Scale) -> Vec<Trial> {
+        (self.entry.trials)(scale, self.output)
+    }
+}
+
+impl PartialEq for Effect {
+    fn eq(&self, other: &Self) -> bool {
+        self.entry.name == other.entry.name && self.output == other.output
+    }
+}
+
+impl fmt::Display for Effect {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.output {
+            Some(output) => write!(f, "{}.{}", self.entry.name, output.name()),
+            None => f.write_str(self.entry.name),
+        }
+    }
+}
+
+impl fmt::Debug for Effect {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{self}")
+    }
+}
+
+impl FromStr for Effect {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, output) = match text.split_once('.') {
+            Some((name, output)) => (name, Some(output)),
+            None => (text, None),
+        };
+        let known = || {
+            let names: Vec<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
+            format!(
+                "there is no effect {name:?}: use one of {}",
+                names.join(", ")
+            )
+        };
+        let entry = entry(name).ok_or_else(known)?;
+        let find = |output: &str| Output::ALL.into_iter().find(|o| o.name() == output);
+        let output = match (entry.outputs.is_some(), output) {
+            (true, Some(output)) => Some(find(output).ok_or_else(|| {
+                format!("{name} is on spool, flow or position, not on {output:?}")
+            })?),
+            (true, None) => {
+                return Err(format!(
+                    "say what {name} is on: {name}.spool, {name}.flow or {name}.position"
+                ));
+            }
+            (false, None) => None,
+            (false, Some(_)) => {
+                return Err(format!(
+                    "{name} acts on no single output: leave the point out"
+                ));
+            }
+        };
+        Ok(Self { entry, output })
+    }
+}
+
+impl Serialize for Effect {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Effect {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        text.parse().map_err(serde::de::Error::custom)
+    }
+}

@@ -1,0 +1,41 @@
+//! The flow pushes the spool towards null.
+
+use super::entry;
+use super::{Act, Entry, Motion, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "flow_force",
+    port: Port::Actuator,
+    summary: "The steady flow force pulls the spool towards null like a spring",
+    equation: "dz/dt = K (sat(u - x, S) - flow_force h(x) dp/dp_ref), dp_ref the rated drop, or 70 bar where pressures are measured",
+    shows: "a spool error in proportion to opening times pressure drop",
+    confused: "a smaller spool gain where the pressure drop never changes; asymmetric_gain and gain_curvature, which leave the spool alone",
+    source: "Merritt, Hydraulic Control Systems, 1967: F = 2 Cd Cv w x dp cos(69 deg)",
+    parameters: |_, _| vec![Parameter::linear("flow_force", "1", 0.0, 0.0, 1.0)],
+    trials: |_, _| vec![vec![0.03], vec![0.2]],
+    states: &[],
+    neutral: &[],
+    applies: entry::moves_a_spool,
+    outputs: None,
+};
+
+/// The steady flow force pulls the spool towards null like a spring.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct FlowForce<R> {
+    share: R,
+}
+
+impl<R: Real> FlowForce<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { share: next() }
+    }
+}
+
+impl<R: Real> Act<R> for FlowForce<R> {
+    #[inline(always)]
+    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+        drive - motion.gain * self.share * motion.load
+    }
+}

@@ -1,0 +1,42 @@
+//! The opening curves with the stroke.
+
+use super::entry;
+use super::{Act, Entry, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "gain_curvature",
+    port: Port::Area,
+    summary: "The flow gain changes along the stroke",
+    equation: "h = x + gain_curvature x (|x| - 1), x = 1 at full scale",
+    shows: "an odd, static residual that grows with |x| and is zero at full scale",
+    confused: "overlap, which has a corner near null; supply_droop, whose error goes with the flow squared and lags",
+    source: "shaped metering edges; ISO 10770-1, linearity",
+    parameters: |_, _| vec![Parameter::linear("gain_curvature", "1", -0.95, 0.0, 0.95)],
+    trials: |_, _| vec![vec![0.05], vec![0.3]],
+    states: &[],
+    neutral: &[],
+    applies: entry::has_a_valve,
+    outputs: None,
+};
+
+/// The flow gain changes along the stroke.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct GainCurvature<R> {
+    share: R,
+}
+
+impl<R: Real> GainCurvature<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { share: next() }
+    }
+}
+
+impl<R: Real> Act<R> for GainCurvature<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let full = R::constant(0.01);
+        opening + self.share * opening * (opening.abs() * full - R::constant(1.0))
+    }
+}

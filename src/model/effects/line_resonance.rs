@@ -1,0 +1,91 @@
+//! The line to the flow meter rings.
+
+use super::entry;
+use super::{Act, Entry, Moment, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "line_resonance",
+    port: Port::Flow,
+    summary: "The oil column in the line rings at its own frequency",
+    equation: "q'' + 2 D w q' + w^2 q = w^2 Q, w = 2 pi line_frequency, D = line_damping",
+    shows: "ringing at one frequency whatever the command; the spool does not show it",
+    confused: "compressibility, which does not ring; periodic_disturbance, which goes on at rest",
+    source: "line dynamics; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, output| {
+        vec![
+            Parameter::log(
+                &entry::on("line_frequency", output),
+                "Hz",
+                2.0,
+                0.1 / scale.interval,
+                0.45 / scale.interval,
+            ),
+            Parameter::log(&entry::on("line_damping", output), "1", 0.005, 0.1, 2.0),
+            Parameter::linear(&entry::on("line_share", output), "1", 0.0, 1.0, 1.0).fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        [0.01, 0.02, 0.035, 0.06, 0.1, 0.17, 0.3]
+            .map(|share| vec![share / scale.interval, 0.15])
+            .to_vec()
+    },
+    states: &["column", "column_rate"],
+    neutral: &[("line_share", 0.0)],
+    applies: entry::has_a_valve,
+    outputs: Some(entry::flow_outputs),
+};
+
+/// The oil column in the line rings at its own frequency.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct LineResonance<R> {
+    rate: R,
+    twice_damping: R,
+    share: R,
+}
+
+impl<R: Real> LineResonance<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            rate: next() * R::constant(std::f64::consts::TAU),
+            twice_damping: next() * R::constant(2.0),
+            share: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for LineResonance<R> {
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], value: R) {
+        own[0] = value;
+        own[1] = R::constant(0.0);
+    }
+
+    #[inline(always)]
+    fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
+        // Runge-Kutta on the column alone, whose input goes straight from `before` to `after`.
+        let half = R::constant(0.5);
+        let middle = (before + after) * half;
+        let slope = |q: R, v: R, input: R| {
+            (
+                v,
+                self.rate * (self.rate * (input - q) - self.twice_damping * v),
+            )
+        };
+        let (q, v) = (own[0], own[1]);
+        let (q1, v1) = slope(q, v, before);
+        let (q2, v2) = slope(q + half * step * q1, v + half * step * v1, middle);
+        let (q3, v3) = slope(q + half * step * q2, v + half * step * v2, middle);
+        let (q4, v4) = slope(q + step * q3, v + step * v3, after);
+        let sixth = step * R::constant(1.0 / 6.0);
+        let two = R::constant(2.0);
+        own[0] = q + sixth * (q1 + two * (q2 + q3) + q4);
+        own[1] = v + sixth * (v1 + two * (v2 + v3) + v4);
+    }
+
+    #[inline(always)]
+    fn measure(&self, own: &[R], value: R, _moment: &Moment<R>) -> R {
+        value + self.share * (own[0] - value)
+    }
+}

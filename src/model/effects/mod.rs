@@ -1,0 +1,121 @@
+//! The catalogue: what measured valves show and the base model lacks, one file an effect.
+//!
+//! An effect attaches at a [`Port`] and changes what passes there. Where two attach at the same port the one that stands
+//! first in the catalogue acts first. At its neutral values an effect changes nothing, not even the last bit.
+
+mod act;
+mod entry;
+
+pub(super) use act::{Act, Moment, Motion};
+pub use entry::{Effect, Entry, Port, Scale, Trial};
+
+use super::Real;
+
+/// What each effect's file brings in: its entry in the catalogue and its action.
+macro_rules! catalogue {
+    ($($module:ident :: $Type:ident),* $(,)?) => {
+        $(mod $module;)*
+
+        /// All effects, in the order in which they act.
+        pub const CATALOGUE: &[&Entry] = &[$(&$module::ENTRY),*];
+
+        /// An effect with values for its parameters.
+        #[derive(Debug, Clone)]
+        pub(super) enum Action<R> {
+            $(#[doc = stringify!($module)] $Type($module::$Type<R>)),*
+        }
+
+        impl<R: Real> Action<R> {
+            /// The action of the effect called `name`, with the values that `next` gives for its parameters.
+            #[inline(always)]
+            pub(super) fn new(name: &str, next: impl FnMut() -> R) -> Self {
+                $(if name == $module::ENTRY.name {
+                    return Self::$Type($module::$Type::new(next));
+                })*
+                unreachable!("{name} is in the catalogue")
+            }
+        }
+
+        impl<R: Real> Act<R> for Action<R> {
+            #[inline(always)]
+            fn delay(&self) -> Option<R> {
+                match self { $(Self::$Type(effect) => Act::<R>::delay(effect)),* }
+            }
+            #[inline(always)]
+            fn command(&self, own: &mut [R], command: R) -> R {
+                match self { $(Self::$Type(effect) => effect.command(own, command)),* }
+            }
+            #[inline(always)]
+            fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.drive(drive, motion)),* }
+            }
+            #[inline(always)]
+            fn speed(&self, speed: R) -> R {
+                match self { $(Self::$Type(effect) => effect.speed(speed)),* }
+            }
+            #[inline(always)]
+            fn settle(&self, lead: R, spool: R, drive: R, motion: &Motion<R>) -> (R, R) {
+                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, motion)),* }
+            }
+            #[inline(always)]
+            fn opening(&self, opening: R) -> R {
+                match self { $(Self::$Type(effect) => effect.opening(opening)),* }
+            }
+            #[inline(always)]
+            fn supply(&self, own: &[R], supply: R) -> R {
+                match self { $(Self::$Type(effect) => effect.supply(own, supply)),* }
+            }
+            #[inline(always)]
+            fn drawn(&self, own: &[R], flow: R) -> R {
+                match self { $(Self::$Type(effect) => effect.drawn(own, flow)),* }
+            }
+            #[inline(always)]
+            fn flow(&self, flow: R, moment: &Moment<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.flow(flow, moment)),* }
+            }
+            #[inline(always)]
+            fn settled_supply(&self, own: &mut [R], flow: R) {
+                match self { $(Self::$Type(effect) => effect.settled_supply(own, flow)),* }
+            }
+            #[inline(always)]
+            fn settled(&self, own: &mut [R], value: R) {
+                match self { $(Self::$Type(effect) => effect.settled(own, value)),* }
+            }
+            #[inline(always)]
+            fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
+                match self { $(Self::$Type(effect) => effect.filter(own, before, after, step)),* }
+            }
+            #[inline(always)]
+            fn measure(&self, own: &[R], value: R, moment: &Moment<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.measure(own, value, moment)),* }
+            }
+        }
+    };
+}
+
+catalogue! {
+    delay::Delay,
+    null_bias::NullBias,
+    hysteresis::Hysteresis,
+    slew_limit::SlewLimit,
+    flow_force::FlowForce,
+    friction::Friction,
+    stroke_limit::StrokeLimit,
+    overlap::Overlap,
+    asymmetric_gain::AsymmetricGain,
+    gain_curvature::GainCurvature,
+    supply_droop::SupplyDroop,
+    viscosity_drift::ViscosityDrift,
+    leakage::Leakage,
+    line_resonance::LineResonance,
+    compressibility::Compressibility,
+    sensor_lag::SensorLag,
+    sensor_offset::SensorOffset,
+    sensor_drift::SensorDrift,
+    periodic_disturbance::PeriodicDisturbance,
+}
+
+/// The entry of the effect called `name`.
+pub fn entry(name: &str) -> Option<&'static Entry> {
+    CATALOGUE.iter().copied().find(|entry| entry.name == name)
+}

@@ -1,0 +1,80 @@
+//! Something periodic is added to the measurement.
+
+use super::entry;
+use super::{Act, Entry, Moment, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "periodic_disturbance",
+    port: Port::Measurement,
+    summary: "Mains hum, pump ripple or vibration is added to the measurement",
+    equation: "y + a sin(2 pi f t) + b cos(2 pi f t)",
+    shows: "a line in the residual's spectrum that has nothing to do with the command, and goes on at rest",
+    confused: "line_resonance, which rings only when the valve moves",
+    source: "pump ripple at pistons times speed; mains at 50 or 60 Hz",
+    parameters: |scale, output| {
+        vec![
+            Parameter::log(
+                &entry::on("disturbance_frequency", output),
+                "Hz",
+                2.0 / scale.length,
+                50.0_f64.min(0.2 / scale.interval).max(3.0 / scale.length),
+                0.49 / scale.interval,
+            ),
+            Parameter::linear(
+                &entry::on("disturbance_sine", output),
+                scale.unit(output),
+                -0.5 * scale.output(output),
+                0.0,
+                0.5 * scale.output(output),
+            ),
+            Parameter::linear(
+                &entry::on("disturbance_cosine", output),
+                scale.unit(output),
+                -0.5 * scale.output(output),
+                0.0,
+                0.5 * scale.output(output),
+            ),
+        ]
+    },
+    trials: |scale, output| {
+        let line = output.and_then(|output| scale.lines[output as usize]);
+        let small = 1e-3 * scale.output(output);
+        line.map(|frequency| vec![frequency, small, small])
+            .into_iter()
+            .collect()
+    },
+    states: &[],
+    neutral: &[],
+    applies: entry::always,
+    outputs: Some(entry::any_output),
+};
+
+/// Mains hum, pump ripple or vibration is added to the measurement.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct PeriodicDisturbance<R> {
+    frequency: R,
+    sine: R,
+    cosine: R,
+}
+
+impl<R: Real> PeriodicDisturbance<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            frequency: next(),
+            sine: next(),
+            cosine: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for PeriodicDisturbance<R> {
+    #[inline(always)]
+    fn measure(&self, _own: &[R], value: R, moment: &Moment<R>) -> R {
+        let turns = self.frequency * moment.time;
+        let sine = turns.sine_of_turns();
+        let cosine = (turns + R::constant(0.25)).sine_of_turns();
+        value + (self.sine * sine + self.cosine * cosine)
+    }
+}

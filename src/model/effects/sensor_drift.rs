@@ -1,0 +1,49 @@
+//! A sensor's zero drifts.
+
+use super::entry;
+use super::{Act, Entry, Moment, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "sensor_drift",
+    port: Port::Measurement,
+    summary: "The sensor's zero moves with time",
+    equation: "y + sensor_drift t",
+    shows: "a ramp in time",
+    confused: "sensor_offset on short records; viscosity_drift, which is gone at null",
+    source: "sensor data sheets",
+    parameters: |scale, output| {
+        vec![Parameter::linear(
+            &entry::on("sensor_drift", output),
+            &format!("{}/s", scale.unit(output)),
+            -scale.output(output) / scale.length,
+            0.0,
+            scale.output(output) / scale.length,
+        )]
+    },
+    trials: |scale, output| vec![vec![0.02 * scale.output(output) / scale.length]],
+    states: &[],
+    neutral: &[],
+    applies: entry::always,
+    outputs: Some(entry::any_output),
+};
+
+/// The sensor's zero moves with time.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SensorDrift<R> {
+    rate: R,
+}
+
+impl<R: Real> SensorDrift<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { rate: next() }
+    }
+}
+
+impl<R: Real> Act<R> for SensorDrift<R> {
+    #[inline(always)]
+    fn measure(&self, _own: &[R], value: R, moment: &Moment<R>) -> R {
+        value + self.rate * moment.time
+    }
+}

@@ -1,0 +1,61 @@
+//! A sensor lags.
+
+use super::act::lagged;
+use super::entry;
+use super::{Act, Entry, Moment, Port};
+use crate::model::{Parameter, Real};
+pub(super) const ENTRY: Entry = Entry {
+    name: "sensor_lag",
+    port: Port::Measurement,
+    summary: "The sensor follows what it measures with a first-order lag",
+    equation: "sensor_lag dy/dt + y = x",
+    shows: "a lag of one channel, the same at all amplitudes; the other channels do not show it",
+    confused: "delay and a larger time constant where no other channel is measured; compressibility on the flow",
+    source: "sensor and filter data sheets; a flow meter's lag can be twenty times the valve's",
+    parameters: |scale, output| {
+        vec![Parameter::linear(
+            &entry::on("sensor_lag", output),
+            "s",
+            1e-7,
+            1e-7,
+            (scale.length / 10.0).min(1.0),
+        )]
+    },
+    trials: |scale, _| [1.0, 6.0, 40.0].map(|n| vec![n * scale.interval]).to_vec(),
+    states: &["sensor"],
+    neutral: &[("sensor_lag", 0.0)],
+    applies: entry::always,
+    outputs: Some(entry::any_output),
+};
+
+/// The sensor follows what it measures with a first-order lag.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SensorLag<R> {
+    time_constant: R,
+}
+
+impl<R: Real> SensorLag<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            time_constant: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SensorLag<R> {
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], value: R) {
+        own[0] = value;
+    }
+
+    #[inline(always)]
+    fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
+        own[0] = lagged(own[0], before, after, self.time_constant, step);
+    }
+
+    #[inline(always)]
+    fn measure(&self, own: &[R], _value: R, _moment: &Moment<R>) -> R {
+        own[0]
+    }
+}

@@ -1,0 +1,76 @@
+//! The supply gives way under flow.
+
+use super::entry;
+use super::{Act, Entry, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "supply_droop",
+    port: Port::Flow,
+    summary: "The supply pressure falls with the flow that is drawn",
+    equation: "p = p0 - supply_droop q, supply_lag dq/dt + q = |Q|",
+    shows: "flow missing in proportion to its square, later than the flow itself; nothing of it is left against measured pressures",
+    confused: "gain_curvature, which does not lag; viscosity_drift, which does not come back",
+    source: "pump and line characteristics; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        vec![
+            Parameter::linear(
+                "supply_droop",
+                "bar/(L/min)",
+                0.0,
+                0.0,
+                2.0 * scale.rated_drop / scale.outputs[1],
+            ),
+            Parameter::log("supply_lag", "s", 1e-3, 0.02, 2.0),
+        ]
+    },
+    trials: |scale, _| {
+        [
+            (0.05, 0.02),
+            (0.05, 0.2),
+            (0.4, 0.005),
+            (0.4, 0.05),
+            (0.4, 0.4),
+        ]
+        .map(|(share, lag)| vec![share * scale.rated_drop / scale.outputs[1], lag])
+        .to_vec()
+    },
+    states: &["drawn"],
+    neutral: &[],
+    applies: entry::has_a_rated_drop,
+    outputs: None,
+};
+
+/// The supply pressure falls with the flow that is drawn.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SupplyDroop<R> {
+    droop: R,
+    lag: R,
+}
+
+impl<R: Real> SupplyDroop<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            droop: next(),
+            lag: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SupplyDroop<R> {
+    #[inline(always)]
+    fn supply(&self, own: &[R], supply: R) -> R {
+        (supply - self.droop * own[0]).max(R::constant(0.01) * supply)
+    }
+
+    #[inline(always)]
+    fn drawn(&self, own: &[R], flow: R) -> R {
+        (flow.abs() - own[0]) / self.lag
+    }
+
+    #[inline(always)]
+    fn settled_supply(&self, own: &mut [R], flow: R) {
+        own[0] = flow.abs();
+    }
+}

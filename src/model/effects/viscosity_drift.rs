@@ -1,0 +1,62 @@
+//! The flow follows the oil's temperature.
+
+use super::entry;
+use super::{Act, Entry, Moment, Port};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "viscosity_drift",
+    port: Port::Flow,
+    summary: "Flow and leakage change as the oil warms up",
+    equation: "Q (1 + viscosity_drift t), or Q (1 + viscosity_drift_per_kelvin (temperature - 40 degC)) where temperature is measured",
+    shows: "a flow error in proportion to the flow that grows with time or follows the temperature",
+    confused: "sensor_drift, which is there at null, too",
+    source: "viscosity and density over temperature: ISO 3448 (viscosity grades)",
+    parameters: |scale, _| {
+        let time = Parameter::linear(
+            "viscosity_drift",
+            "1/s",
+            -0.5 / scale.length,
+            0.0,
+            0.5 / scale.length,
+        );
+        let heat = Parameter::linear("viscosity_drift_per_kelvin", "1/K", -0.05, 0.0, 0.05);
+        match scale.temperature {
+            true => vec![time.fixed(), heat],
+            false => vec![time, heat.fixed()],
+        }
+    },
+    trials: |scale, _| match scale.temperature {
+        true => vec![vec![1e-3]],
+        false => vec![vec![0.03 / scale.length]],
+    },
+    states: &[],
+    neutral: &[],
+    applies: entry::has_a_valve,
+    outputs: None,
+};
+
+/// Flow and leakage change as the oil warms up.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct ViscosityDrift<R> {
+    drift: R,
+    per_kelvin: R,
+}
+
+impl<R: Real> ViscosityDrift<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            drift: next(),
+            per_kelvin: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for ViscosityDrift<R> {
+    #[inline(always)]
+    fn flow(&self, flow: R, moment: &Moment<R>) -> R {
+        let warmer = moment.temperature - R::constant(40.0);
+        flow + flow * (self.drift * moment.time + self.per_kelvin * warmer)
+    }
+}

@@ -20,9 +20,8 @@ macro_rules! with_states {
             (1, true) => $f::<$($generic),+, 1, false>($($argument),*),
             (2, true) => $f::<$($generic),+, 2, false>($($argument),*),
             (3, true) => $f::<$($generic),+, 3, false>($($argument),*),
-            (0..=4, _) => $f::<$($generic),+, 4, true>($($argument),*),
-            (5..=8, _) => $f::<$($generic),+, 8, true>($($argument),*),
-            (9..=20, _) => $f::<$($generic),+, 20, true>($($argument),*),
+            (0..=5, _) => $f::<$($generic),+, 5, true>($($argument),*),
+            (6..=20, _) => $f::<$($generic),+, 20, true>($($argument),*),
             (more, _) => unreachable!("no structure has {more} states"),
         }
     }};
@@ -59,7 +58,9 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
         };
         match arrival {
             Some(arrival) => {
-                interval(structure, plant, &mut state, input, [sample, next], arrival);
+                R::outlined(|| {
+                    interval(structure, plant, &mut state, input, [sample, next], arrival);
+                });
             }
             None => {
                 let step = R::constant(sample.step);

@@ -12,6 +12,19 @@ pub fn advance<R: Real, const N: usize, const EFFECTS: bool>(
     inputs: [&Input<R>; 3],
     step: R,
 ) -> [R; N] {
+    if EFFECTS {
+        return R::outlined(|| advance_inline::<R, N, true>(plant, state, inputs, step));
+    }
+    advance_inline::<R, N, false>(plant, state, inputs, step)
+}
+
+#[inline(always)]
+fn advance_inline<R: Real, const N: usize, const EFFECTS: bool>(
+    plant: &Plant<R>,
+    state: [R; N],
+    inputs: [&Input<R>; 3],
+    step: R,
+) -> [R; N] {
     let moved = |by: R, slope: &[R; N]| {
         let mut state = state;
         for i in 0..N {

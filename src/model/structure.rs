@@ -437,14 +437,13 @@ impl<R: Real> Plant<R> {
         let mut state = [R::constant(0.0); N];
         let mut input = *input;
         if EFFECTS {
-            for effect in &self.effects {
-                effect
-                    .action
-                    .settled(&mut state[effect.states.clone()], input.command);
-                input.command = effect
-                    .action
-                    .command(&mut state[effect.states.clone()], input.command);
-            }
+            R::outlined(|| {
+                for effect in &self.effects {
+                    let own = &mut state[effect.states.clone()];
+                    effect.action.settled(own, input.command);
+                    input.command = effect.action.command(own, input.command);
+                }
+            });
         }
         if self.actuator.is_some() {
             let spool = match (self.initial, self.initial_spool) {
@@ -459,8 +458,10 @@ impl<R: Real> Plant<R> {
             state[self.position::<EFFECTS>(N)] = position;
         }
         if EFFECTS {
-            self.settle_supply(&mut state, &input);
-            self.settle_outputs(&mut state, &input);
+            R::outlined(|| {
+                self.settle_supply(&mut state, &input);
+                self.settle_outputs(&mut state, &input);
+            });
         }
         state
     }
@@ -506,13 +507,14 @@ impl<R: Real> Plant<R> {
     /// The command that acts, when `command` has arrived: `state` remembers it.
     #[inline(always)]
     pub fn command(&self, state: &mut [R], command: R) -> R {
-        let mut command = command;
-        for effect in &self.effects {
-            command = effect
-                .action
-                .command(&mut state[effect.states.clone()], command);
-        }
-        command
+        R::outlined(|| {
+            let mut command = command;
+            for effect in &self.effects {
+                let own = &mut state[effect.states.clone()];
+                command = effect.action.command(own, command);
+            }
+            command
+        })
     }
 
     /// Spool position in the unit of the command.
@@ -588,15 +590,21 @@ impl<R: Real> Plant<R> {
         input: &Input<R>,
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
-        if !EFFECTS {
-            if let Some(actuator) = &self.actuator {
-                (slope[0], slope[1]) = actuator.derivative(state[0], state[1], input.command);
-            }
-            if let Some(speed) = self.piston_speed {
-                slope[N - 1] = speed * self.path::<false>(state, input, true).flow;
-            }
+        if EFFECTS {
+            R::outlined(|| self.effects_derivative(state, input, &mut slope));
             return slope;
         }
+        if let Some(actuator) = &self.actuator {
+            (slope[0], slope[1]) = actuator.derivative(state[0], state[1], input.command);
+        }
+        if let Some(speed) = self.piston_speed {
+            slope[N - 1] = speed * self.path::<false>(state, input, true).flow;
+        }
+        slope
+    }
+
+    #[inline(always)]
+    fn effects_derivative(&self, state: &[R], input: &Input<R>, slope: &mut [R]) {
         let path = self.path::<true>(state, input, true);
         if let Some(actuator) = &self.actuator {
             let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);
@@ -612,7 +620,7 @@ impl<R: Real> Plant<R> {
             (slope[0], slope[1]) = (drive, speed);
         }
         if let Some(speed) = self.piston_speed {
-            slope[self.position::<true>(N)] = speed * path.flow;
+            slope[self.position::<true>(state.len())] = speed * path.flow;
         }
         for effect in &self.effects {
             if !effect.states.is_empty() && effect.output.is_none() {
@@ -620,16 +628,20 @@ impl<R: Real> Plant<R> {
                 slope[effect.states.start] = effect.action.drawn(own, path.drawn);
             }
         }
-        slope
     }
 
     /// What happens at the end of an integration step from `before` to `state`: the spool sticks or meets a stop, and what
     /// filters an output follows it. The inputs are those at the step's start and end.
     #[inline(always)]
-    pub fn settle<const N: usize>(
+    pub fn settle(&self, before: &[R], state: &mut [R], start: &Input<R>, end: &Input<R>, step: R) {
+        R::outlined(|| self.settle_inline(before, state, start, end, step));
+    }
+
+    #[inline(always)]
+    fn settle_inline(
         &self,
-        before: &[R; N],
-        state: &mut [R; N],
+        before: &[R],
+        state: &mut [R],
         start: &Input<R>,
         end: &Input<R>,
         step: R,
@@ -692,6 +704,14 @@ impl<R: Real> Plant<R> {
     /// acts.
     #[inline(always)]
     pub fn observe<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>) -> [R; 3] {
+        match EFFECTS {
+            true => R::outlined(|| self.observe_inline::<true>(state, input)),
+            false => self.observe_inline::<false>(state, input),
+        }
+    }
+
+    #[inline(always)]
+    fn observe_inline<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>) -> [R; 3] {
         let path = self.path::<EFFECTS>(state, input, EFFECTS || self.observes[1]);
         let mut outputs = [R::constant(0.0); 3];
         for output in Output::ALL {

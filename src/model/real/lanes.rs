@@ -160,6 +160,11 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
     fn max(self, other: Self) -> Self {
         self.zip(other, <E as Element>::max)
     }
+    #[inline(never)]
+    fn outlined<T>(f: impl FnOnce() -> T) -> T {
+        // Only what is called through the token is compiled for its instructions.
+        token::<S>().vectorize(f)
+    }
     #[inline(always)]
     fn floor(self) -> Self {
         let mut result = self;

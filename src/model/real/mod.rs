@@ -41,6 +41,11 @@ pub trait Real:
     fn named(self, _name: &str) -> Self {
         self
     }
+    /// Calls `f`, which is compiled as a function of its own: what many places share must not be copied into each.
+    #[inline(never)]
+    fn outlined<T>(f: impl FnOnce() -> T) -> T {
+        f()
+    }
     /// The value nearest to `self` between `low` and `high`.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {

@@ -165,7 +165,7 @@ fn triangles(scale: f64) -> Plan {
 }
 
 /// The longest that a rest need be, s, and the share of a block that it may take for it.
-const REST: (f64, f64) = (0.42, 0.2);
+const REST: (f64, f64) = (0.42, 0.3);
 
 /// `rows` rows of these parts, stretched to fit. Rests are not made shorter than the noise needs.
 fn block(parts: &Plan, rows: usize, interval: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {

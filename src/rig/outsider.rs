@@ -68,17 +68,17 @@ impl Oddity {
             Self::GainJump => ("gain_jump", "1", 0.03),
             Self::CoarseDac => ("coarse_dac", "V", 0.4),
             Self::RateGain => ("rate_gain", "1", 0.1),
-            Self::QuadraticDamping => ("quadratic_damping", "1", 0.5),
-            Self::AmplitudeGain => ("amplitude_gain", "1", 0.8),
+            Self::QuadraticDamping => ("quadratic_damping", "1", 0.1),
+            Self::AmplitudeGain => ("amplitude_gain", "1", 0.4),
             Self::Detent => ("detent", "V", 0.15),
-            Self::Chatter => ("chatter", "V", 0.3),
-            Self::Creep => ("creep", "1", 0.05),
+            Self::Chatter => ("chatter", "V", 0.4),
+            Self::Creep => ("creep", "1", 0.15),
             Self::PumpRipple => ("pump_ripple", "1", 0.05),
             Self::Reattachment => ("reattachment", "1", 0.06),
             Self::TanhSensor => ("tanh_sensor", "1", 0.5),
             Self::SensorDeadBand => ("sensor_dead_band", "V", 0.6),
             Self::CrossTalk => ("cross_talk", "V", 0.3),
-            Self::Dropout => ("dropout", "1", 0.15),
+            Self::Dropout => ("dropout", "1", 0.03),
         }
     }
 

@@ -105,11 +105,14 @@ pub(super) fn hanging(share: f64, rows: usize, interval: f64, rng: &mut ChaCha8R
     while hung < wanted {
         let from = rng.random_range(0..rows);
         let length = (rng.random_range(0.01..0.06) / interval).ceil() as usize;
-        let source = shown[from];
-        for row in from + 1..(from + 1 + length).min(rows) {
-            hung += usize::from(shown[row] == row);
-            shown[row] = source;
-        }
+        let (until, source) = ((from + 1 + length).min(rows), shown[from]);
+        let stretch = &mut shown[from + 1..until];
+        hung += stretch
+            .iter()
+            .zip(from + 1..)
+            .filter(|(shown, row)| *shown == row)
+            .count();
+        stretch.fill(source);
     }
     shown
 }

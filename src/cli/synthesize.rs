@@ -13,8 +13,8 @@ use std::path::{Path, PathBuf};
 
 /// Makes a bench record of a servo valve with planted effects
 ///
-/// The valve is simulated with equations and an integrator of their own, in steps of 20 us. The full scale of the command
-/// is 10 V. Prints what was planted, and how much of each channel is due to it in standard deviations of the noise.
+/// The valve is simulated with equations and an integrator of its own, in steps of 20 us. The full scale of the
+/// command is 10 V. Prints what was planted, and how much of each channel is due to it in standard deviations of the noise.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{}", names()))]
 pub(super) struct Arguments {
@@ -225,7 +225,7 @@ fn channel_unit(setup: &Setup, channel: Channel) -> &'static str {
 
 /// The unit of an effect's value, where it has the channel's with that one.
 fn unit(setup: &Setup, planted: &Planted) -> String {
-    let unit = planted.effect.unit();
+    let unit = planted.unit();
     match unit.strip_prefix("unit") {
         Some(rest) => format!("{}{rest}", channel_unit(setup, planted.channel)),
         None => unit.into(),

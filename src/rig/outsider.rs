@@ -14,8 +14,8 @@ pub enum Oddity {
     GainJump,
     /// A DAC with this step rounds the command. \[V\]
     CoarseDac,
-    /// The gain falls while the command moves: u (1 − value · w / (1 + w)), w = |u̇| / 100 V/s, u̇ seen through a lag of
-    /// 10 ms. \[1\]
+    /// The gain falls while the command moves: u (1 − value · w / (1 + w)), w = |u̇| / 100 V/s, u̇ seen through a lag
+    /// of 10 ms. \[1\]
     RateGain,
     /// Drag with the square of the speed: T v' loses value · v |v| / (100 V/s). \[1\]
     QuadraticDamping,

@@ -8,26 +8,45 @@ use std::str::FromStr;
 /// A physical effect that a valve or its bench can have. The equations are at the places that [`Kind::place`] names;
 /// several effects act in the order of [`Kind::ALL`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[allow(missing_docs, reason = "the table below says what each one is")]
 pub enum Kind {
+    /// The command arrives θ late, exactly: u(t − θ). \[s\]
     Delay,
+    /// The command is off by u0: u + u0. \[V\]
     NullBias,
+    /// A play of half-width b on the command: y = max(u − b, min(u + b, y₋)). \[V\]
     Hysteresis,
+    /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
     SlewLimit,
+    /// Coulomb friction F on the spool: the drive sat(u − x) loses F sign(x'), and the spool sticks while x' = 0 and
+    /// |drive| ≤ F. \[V\]
     Friction,
+    /// A spring that grows with the pressure drop: the drive loses φ x Δp / Δp_rated. \[1\]
     FlowForce,
+    /// A hard stop, |x| ≤ L, where it hits x' = 0. \[V\]
     StrokeLimit,
+    /// h = sign(x) max(|x| − δ, 0), δ in % of full scale. \[%\]
     Overlap,
+    /// h = x (1 + a) for x > 0, x (1 − a) for x < 0. \[1\]
     AsymmetricGain,
+    /// h = x + c x (|x| − 1), x a share of full scale. \[1\]
     GainCurvature,
+    /// Q + Q0 / (1 + (x / w)²), w the width. \[L/min\]
     Leakage,
+    /// p = p0 − R |Q|, |Q| through a lag of 20 ms unless given. \[bar/(L/min)\]
     SupplyDroop,
+    /// The flow through a first-order fill of this time constant. \[s\]
     Compressibility,
+    /// The flow through a pole pair of this frequency, its damping 0.1 unless given. \[Hz\]
     LineResonance,
+    /// Q (1 + d t); where a heating in K is given, Q (1 + d (ϑ − ϑ0)), ϑ measured. \[1/s or 1/K\]
     ViscosityDrift,
+    /// A channel through a lag of this time constant. \[s\]
     SensorLag,
+    /// y + b. \[unit of the channel\]
     SensorOffset,
+    /// y + d t. \[unit of the channel/s\]
     SensorDrift,
+    /// y + a sin(2π f t + φ), f (near 50 Hz) and φ drawn unless given. \[unit of the channel\]
     PeriodicDisturbance,
 }
 
@@ -80,6 +99,11 @@ impl Form {
     }
 }
 
+/// A further parameter: its name, what it is where nothing is given (NaN is drawn or derived), and the forms that have it.
+type Key = (&'static str, f64, &'static [Form]);
+
+const USUAL: &[Form] = &[Form::Usual];
+
 /// What there is to know about an effect.
 struct Entry {
     name: &'static str,
@@ -89,8 +113,7 @@ struct Entry {
     range: (f64, f64),
     typical: f64,
     forms: &'static [Form],
-    /// Further parameters and what they are where nothing is given; NaN is drawn or derived.
-    keys: &'static [(&'static str, f64)],
+    keys: &'static [Key],
 }
 
 impl Kind {
@@ -119,33 +142,42 @@ impl Kind {
 
     #[rustfmt::skip]
     fn entry(self) -> Entry {
-        let entry = |name, unit, place, range, typical, forms, keys| Entry { name, unit, place, range, typical, forms, keys };
+        let entry = |name, unit, place, range, typical, forms, keys| Entry {
+            name, unit, place, range, typical, forms, keys,
+        };
         match self {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3, &[], &[]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
-                &[Form::BoucWen, Form::Preisach], &[("width", f64::NAN)]),
+                &[Form::BoucWen, Form::Preisach], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator], &[]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
-                &[Form::Dahl, Form::Lugre], &[("excess", f64::NAN), ("stribeck", 5.0), ("width", 0.05)]),
+                &[Form::Dahl, Form::Lugre], &[
+                    ("excess", f64::NAN, &[Form::Usual, Form::Lugre]),
+                    ("stribeck", 5.0, &[Form::Usual, Form::Lugre]),
+                    ("width", 0.05, &[Form::Dahl, Form::Lugre]),
+                ]),
             Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1, &[], &[]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
-                &[Form::Clipped, Form::Soft], &[("stiffness", 20.0)]),
-            Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0, &[Form::Rounded], &[("width", f64::NAN)]),
+                &[Form::Clipped, Form::Soft], &[("stiffness", 20.0, &[Form::Soft])]),
+            Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
+                &[Form::Rounded], &[("width", f64::NAN, &[Form::Rounded])]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15, &[], &[]),
-            Self::Leakage => entry("leakage", "L/min", "flow", (-100.0, 100.0), 1.5, &[], &[("width", 4.0)]),
-            Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03, &[], &[("lag", 0.02)]),
+            Self::Leakage => entry("leakage", "L/min", "flow", (-100.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
+            Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
+                &[], &[("lag", 0.02, USUAL)]),
             Self::Compressibility => entry("compressibility", "s", "flow", (0.0, 1.0), 0.004, &[], &[]),
-            Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0, &[], &[("damping", 0.1)]),
+            Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0,
+                &[], &[("damping", 0.1, USUAL)]),
             Self::ViscosityDrift => entry("viscosity_drift", "1/s", "flow", (-1.0, 1.0), 0.01,
-                &[], &[("heating", f64::NAN), ("warm_up", 5.0)]),
+                &[], &[("heating", f64::NAN, USUAL), ("warm_up", 5.0, USUAL)]),
             Self::SensorLag => entry("sensor_lag", "s", "sensor", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
             Self::SensorOffset => entry("sensor_offset", "unit", "sensor", (-1e3, 1e3), 0.15, &[], &[]),
             Self::SensorDrift => entry("sensor_drift", "unit/s", "sensor", (-1e3, 1e3), 0.03, &[], &[]),
             Self::PeriodicDisturbance => entry("periodic_disturbance", "unit", "sensor", (-1e3, 1e3), 0.1,
-                &[], &[("frequency", f64::NAN), ("phase", f64::NAN)]),
+                &[], &[("frequency", f64::NAN, USUAL), ("phase", f64::NAN, USUAL)]),
         }
     }
 
@@ -154,7 +186,7 @@ impl Kind {
         self.entry().name
     }
 
-    /// The unit of its value; `unit` is that of the channel.
+    /// The unit of its value; `unit` in it is that of the channel.
     pub fn unit(self) -> &'static str {
         self.entry().unit
     }
@@ -230,15 +262,48 @@ impl Planted {
         Self { channel, ..self }
     }
 
+    /// The unit of its value: that of its kind, but for a drift that follows a temperature.
+    pub fn unit(&self) -> &'static str {
+        match self.effect {
+            Kind::ViscosityDrift if self.key("heating").is_some() => "1/K",
+            kind => kind.unit(),
+        }
+    }
+
     /// A further parameter, where it is given or has a default.
     pub(super) fn key(&self, key: &str) -> Option<f64> {
         let given = self.extra.iter().find(|(name, _)| *name == key);
-        let entry = self.effect.entry();
-        let default = || entry.keys.iter().find(|(name, _)| *name == key);
-        given
-            .or_else(default)
-            .map(|(_, value)| *value)
-            .filter(|value| !value.is_nan())
+        let default = || self.own_keys().find(|(name, ..)| *name == key);
+        let value = given.map_or_else(|| default().map(|key| key.1), |given| Some(given.1));
+        value.filter(|value| !value.is_nan())
+    }
+
+    /// The further parameters that its form has.
+    fn own_keys(&self) -> impl Iterator<Item = &'static Key> {
+        let form = self.form;
+        let keys = self.effect.entry().keys.iter();
+        keys.filter(move |key| key.2.contains(&form))
+    }
+
+    /// The name of the further parameter written `key`.
+    ///
+    /// # Errors
+    /// The effect, or its form, has none of that name.
+    fn own_key(&self, key: &str, place: &str) -> Result<&'static str> {
+        let own: Vec<&str> = self.own_keys().map(|key| key.0).collect();
+        if let Some(index) = own.iter().position(|name| *name == key) {
+            return Ok(own[index]);
+        }
+        let remedy = match own.is_empty() {
+            true => "leave it away".into(),
+            false => format!("use {}", own.join(", ")),
+        };
+        let form = match self.form {
+            Form::Usual => String::new(),
+            form => format!("~{}", form.name()),
+        };
+        let problem = format!("{}{form} has no parameter {key:?}", self.effect);
+        Err(Error::input(place, problem, remedy))
     }
 
     /// # Errors
@@ -272,6 +337,7 @@ impl Planted {
             );
         }
         for (key, value) in &self.extra {
+            self.own_key(key, &format!("effect {self}"))?;
             // Only a phase and a warming can be negative, and be zero in earnest.
             let signed = matches!(*key, "phase" | "heating" | "excess");
             if !value.is_finite()
@@ -353,15 +419,7 @@ impl FromStr for Planted {
         }
         for part in parts {
             let (key, value) = assignment(part, &place)?;
-            let known = entry.keys.iter().find(|(name, _)| *name == key);
-            let (key, _) = known.ok_or_else(|| {
-                let keys: Vec<&str> = effect.keys().collect();
-                let remedy = match keys.is_empty() {
-                    true => "leave it away".into(),
-                    false => format!("use {}", keys.join(", ")),
-                };
-                Error::input(&place, format!("{name} has no parameter {key:?}"), remedy)
-            })?;
+            let key = planted.own_key(key, &place)?;
             planted.extra.push((key, value));
         }
         planted.check()?;
@@ -431,6 +489,8 @@ mod tests {
             ("sensor_lag.temperature=0.1", "spool or flow"),
             ("sensor_lag.flw=0.1", "flw"),
             ("leakage=1:depth=3", "width"),
+            ("hysteresis=1:width=3", "leave it away"),
+            ("friction~dahl=1:excess=1", "friction~dahl has no parameter"),
             ("leakage=1:width=0", "positive"),
         ] {
             let error = text.parse::<Planted>().unwrap_err().to_string();

@@ -54,6 +54,7 @@ pub mod evaluate;
 pub mod model;
 pub mod record;
 pub mod report;
+pub mod rig;
 pub mod search;
 
 pub use error::{Error, Result};

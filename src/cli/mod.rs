@@ -6,6 +6,7 @@ mod devices;
 mod identify;
 mod options;
 mod simulate;
+mod synthesize;
 mod table;
 
 use clap::error::ErrorKind;
@@ -27,6 +28,7 @@ enum Command {
     Identify(identify::Arguments),
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
+    Synthesize(synthesize::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
 }
@@ -43,6 +45,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Synthesize(arguments) => synthesize::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }

@@ -1,0 +1,212 @@
+//! From the held command to what the spool's loop gets: delay, null bias and hysteresis.
+
+use super::filter::runge_kutta;
+use super::planted::{Form, Kind, Planted, find, value};
+
+/// The path of the command.
+pub(super) struct Electronics {
+    null_bias: f64,
+    pade: Option<Pade>,
+    hysteresis: Option<Hysteresis>,
+}
+
+impl Electronics {
+    /// The path in equilibrium with `command`.
+    pub(super) fn new(planted: &[Planted], command: f64) -> Self {
+        let null_bias = value(planted, Kind::NullBias);
+        Self {
+            null_bias,
+            pade: find(planted, Kind::Delay, Form::Pade).map(|p| Pade::new(p.value, command)),
+            hysteresis: Hysteresis::planted(planted, command + null_bias),
+        }
+    }
+
+    /// What leaves at the start and at the end of a step of `h` s through which `command` enters.
+    pub(super) fn step(&mut self, command: f64, h: f64) -> [f64; 2] {
+        let entering = match &mut self.pade {
+            Some(pade) => pade.step(command, h),
+            None => [command; 2],
+        };
+        entering.map(|u| {
+            let u = u + self.null_bias;
+            self.hysteresis.as_mut().map_or(u, |h| h.apply(u))
+        })
+    }
+}
+
+/// How late the command arrives, s: the exact delay. A held command stays held, only later.
+pub(super) fn exact_delay(planted: &[Planted]) -> f64 {
+    value(planted, Kind::Delay)
+}
+
+/// The approximant (1 − θs/2 + θ²s²/12) / (1 + θs/2 + θ²s²/12) of a delay θ.
+struct Pade {
+    delay: f64,
+    state: [f64; 2],
+}
+
+impl Pade {
+    fn new(delay: f64, command: f64) -> Self {
+        // w + θ/2 w' + θ²/12 w'' = u and y = w − θ/2 w' + θ²/12 w'' = u − θ w'.
+        Self {
+            delay,
+            state: [command, 0.0],
+        }
+    }
+
+    fn step(&mut self, command: f64, h: f64) -> [f64; 2] {
+        let delay = self.delay;
+        let output = |state: [f64; 2]| command - delay * state[1];
+        let start = output(self.state);
+        self.state = runge_kutta(self.state, h, |[w, rate], _| {
+            [
+                rate,
+                12.0 / (delay * delay) * (command - w - delay / 2.0 * rate),
+            ]
+        });
+        [start, output(self.state)]
+    }
+}
+
+/// A loop that does not depend on the rate; its half-width is b.
+enum Hysteresis {
+    /// y = max(u − r, min(u + r, y₋)), the mean of several.
+    Plays(Vec<Play>),
+    BoucWen(BoucWen),
+}
+
+struct Play {
+    half_width: f64,
+    output: f64,
+}
+
+/// y = u − b ζ with ζ' = u' / w (1 − |ζ| (1 + sign(u' ζ)) / 2): the loop closes to ±b over a travel of some w.
+struct BoucWen {
+    half_width: f64,
+    travel: f64,
+    before: f64,
+    inner: f64,
+}
+
+/// Half-widths of the plays of a Preisach operator in units of their mean.
+const PREISACH: [f64; 6] = [0.1, 0.4, 0.75, 1.05, 1.5, 2.2];
+
+impl Hysteresis {
+    fn planted(planted: &[Planted], command: f64) -> Option<Self> {
+        let of = |form| find(planted, Kind::Hysteresis, form);
+        let play = |half_width| Play {
+            half_width,
+            output: command,
+        };
+        if let Some(p) = of(Form::Usual) {
+            return Some(Self::Plays(vec![play(p.value)]));
+        }
+        if let Some(p) = of(Form::Preisach) {
+            return Some(Self::Plays(PREISACH.map(|r| play(r * p.value)).into()));
+        }
+        of(Form::BoucWen).map(|p| {
+            Self::BoucWen(BoucWen {
+                half_width: p.value,
+                travel: p.key("width").unwrap_or(p.value),
+                before: command,
+                inner: 0.0,
+            })
+        })
+    }
+
+    fn apply(&mut self, u: f64) -> f64 {
+        match self {
+            Self::Plays(plays) => {
+                let mut sum = 0.0;
+                for play in plays.iter_mut() {
+                    let (low, high) = (u - play.half_width, u + play.half_width);
+                    play.output = play.output.clamp(low, high);
+                    sum += play.output;
+                }
+                sum / plays.len() as f64
+            }
+            Self::BoucWen(loop_) => loop_.apply(u),
+        }
+    }
+}
+
+impl BoucWen {
+    /// Exact for a command that goes straight to `u`: ζ is straight up to zero, then closes in exponentially.
+    fn apply(&mut self, u: f64) -> f64 {
+        let moved = (u - self.before) / self.travel;
+        let (sign, way) = (moved.signum(), moved.abs());
+        let along = sign * self.inner;
+        let straight = (-along).clamp(0.0, way);
+        let rest = way - straight;
+        let reached = along + straight;
+        self.inner = sign * (1.0 - (1.0 - reached) * (-rest).exp()).min(1.0);
+        if rest == 0.0 {
+            self.inner = sign * reached;
+        }
+        self.before = u;
+        u - self.half_width * self.inner
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(text: &str) -> Electronics {
+        Electronics::new(&[text.parse().unwrap()], 0.0)
+    }
+
+    /// The outputs on the way up and down at zero, after a full loop, for a command of `count` steps each way.
+    fn loop_at_zero(text: &str, count: i32) -> f64 {
+        let mut path = path(text);
+        let mut at_zero = Vec::new();
+        let up = (-count..=count).map(|k| 5.0 * f64::from(k) / f64::from(count));
+        let all: Vec<f64> = up.clone().chain(up.rev()).collect();
+        for u in all.iter().chain(&all) {
+            let y = path.step(*u, 1e-3)[1];
+            if *u == 0.0 {
+                at_zero.push(y);
+            }
+        }
+        at_zero[3] - at_zero[2]
+    }
+
+    #[test]
+    fn every_hysteresis_has_its_width_at_any_rate() {
+        for (form, tolerance) in [("", 1e-12), ("~preisach", 1e-12), ("~bouc_wen", 1e-9)] {
+            for count in [50, 5000] {
+                let width = loop_at_zero(&format!("hysteresis{form}=0.2"), count);
+                assert!((width - 0.4).abs() < tolerance, "{form} {count}: {width}");
+            }
+        }
+        let mean = PREISACH.iter().sum::<f64>() / PREISACH.len() as f64;
+        assert!((mean - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bouc_wen_does_not_depend_on_the_steps_of_its_command() {
+        let mut coarse = path("hysteresis~bouc_wen=0.3:width=0.7");
+        let mut fine = path("hysteresis~bouc_wen=0.3:width=0.7");
+        let mut from = 0.0;
+        for to in [1.0, 0.6, 0.9, -2.0, -1.9, 0.3] {
+            let y = coarse.step(to, 1e-3)[1];
+            let mut last = 0.0;
+            for k in 1..=100 {
+                last = fine.step(from + (to - from) * f64::from(k) / 100.0, 1e-3)[1];
+            }
+            assert!((y - last).abs() < 1e-12, "{to}: {y} {last}");
+            from = to;
+        }
+    }
+
+    #[test]
+    fn pade_delays_a_slow_ramp_by_its_delay() {
+        let mut path = path("delay~pade=0.004");
+        let mut last = 0.0;
+        for k in 0..50_000 {
+            last = path.step(f64::from(k) * 2e-5, 2e-5)[0];
+        }
+        let lag = 49_999.0 * 2e-5 - last;
+        assert!((lag - 0.004).abs() < 2e-5, "{lag}");
+    }
+}

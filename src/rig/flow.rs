@@ -1,0 +1,251 @@
+//! From the spool to the flow: opening, leakage, supply, line and oil.
+
+use super::filter::{Lag, PolePair};
+use super::outsider::{self, CREEP_LAG, Oddity, Outsider, strength};
+use super::planted::{Form, Kind, Planted, find, value};
+use super::valve::{FULL_SCALE, RATED_DROP, Valve};
+
+/// Where sensor and metering edges see the spool.
+pub(super) struct Seen {
+    clipped: f64,
+    chatter: f64,
+    creep: f64,
+    slow: Lag,
+    /// V.
+    pub(super) position: f64,
+}
+
+impl Seen {
+    pub(super) fn new(planted: &[Planted], outsiders: &[Outsider], position: f64) -> Self {
+        let mut slow = Lag::new(CREEP_LAG);
+        slow.rest(position);
+        let clipped = find(planted, Kind::StrokeLimit, Form::Clipped);
+        let mut seen = Self {
+            clipped: clipped.map_or(f64::INFINITY, |p| p.value),
+            chatter: strength(outsiders, Oddity::Chatter),
+            creep: strength(outsiders, Oddity::Creep),
+            slow,
+            position,
+        };
+        seen.look(position, 0.0);
+        seen
+    }
+
+    /// Moves on by `h` s to `time`, to where the spool is then.
+    pub(super) fn advance(&mut self, spool: f64, time: f64, h: f64) {
+        if self.creep != 0.0 {
+            self.slow.advance(spool, h);
+        }
+        self.look(spool, time);
+    }
+
+    fn look(&mut self, spool: f64, time: f64) {
+        let mut x = spool.clamp(-self.clipped, self.clipped);
+        if self.chatter != 0.0 {
+            x += outsider::chatter(self.chatter, spool, time);
+        }
+        self.position = x + self.creep * self.slow.value;
+    }
+}
+
+/// The load flow in L/min.
+pub(super) struct Flow {
+    rated: f64,
+    opening: Opening,
+    leakage: f64,
+    leakage_width: f64,
+    /// bar/(L/min), and |Q| as the supply feels it.
+    droop: Option<(f64, Lag)>,
+    fill: Option<Lag>,
+    line: Option<PolePair>,
+    oil: Oil,
+    ripple: f64,
+    reattachment: f64,
+    attached: bool,
+    /// What passes the meter, L/min.
+    pub(super) value: f64,
+}
+
+/// h over x, both as shares of full scale.
+struct Opening {
+    /// h = sign(x) max(|x| − δ, 0).
+    overlap: f64,
+    /// The same with edges rounded over this width: h = ½ (x − δ + √((x − δ)² + w²)) + ½ (x + δ − √((x + δ)² + w²)).
+    rounding: Option<f64>,
+    /// h (1 + a sign(h)).
+    asymmetry: f64,
+    /// h + c h (|h| − 1).
+    curvature: f64,
+}
+
+impl Opening {
+    fn planted(planted: &[Planted]) -> Self {
+        let rounded = find(planted, Kind::Overlap, Form::Rounded);
+        let overlap = rounded.map_or(value(planted, Kind::Overlap), |p| p.value);
+        let width = |p: &Planted| p.key("width").unwrap_or(0.5 * p.value);
+        Self {
+            overlap: overlap / 100.0,
+            rounding: rounded.map(|p| width(p) / 100.0),
+            asymmetry: value(planted, Kind::AsymmetricGain),
+            curvature: value(planted, Kind::GainCurvature),
+        }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let h = match self.rounding {
+            None => x - x.clamp(-self.overlap, self.overlap),
+            Some(width) => {
+                let (low, high) = (x - self.overlap, x + self.overlap);
+                0.5 * (low + low.hypot(width) + high - high.hypot(width))
+            }
+        };
+        let h = if h > 0.0 {
+            h * (1.0 + self.asymmetry)
+        } else {
+            h * (1.0 - self.asymmetry)
+        };
+        (h + self.curvature * h * (h.abs() - 1.0)).clamp(-1.0, 1.0)
+    }
+}
+
+/// Q (1 + drift · t), or with a heating Q (1 + drift · (ϑ − ϑ0)) where the oil warms up.
+pub(super) struct Oil {
+    drift: f64,
+    warming: Option<(f64, f64)>,
+}
+
+/// The oil's temperature at the start, degC.
+const COLD: f64 = 40.0;
+
+impl Oil {
+    pub(super) fn planted(planted: &[Planted]) -> Self {
+        let drift = find(planted, Kind::ViscosityDrift, Form::Usual);
+        let warming = |p: &Planted| Some((p.key("heating")?, p.key("warm_up")?));
+        Self {
+            drift: drift.map_or(0.0, |p| p.value),
+            warming: drift.and_then(warming),
+        }
+    }
+
+    /// degC, where a temperature is measured.
+    pub(super) fn temperature(&self, time: f64) -> Option<f64> {
+        let (heating, warm_up) = self.warming?;
+        Some(COLD - heating * (-time / warm_up).exp_m1())
+    }
+
+    fn factor(&self, time: f64) -> f64 {
+        1.0 + self.drift * self.temperature(time).map_or(time, |warm| warm - COLD)
+    }
+}
+
+impl Flow {
+    /// The flow in equilibrium with the spool at `position` V.
+    pub(super) fn new(
+        valve: Valve,
+        planted: &[Planted],
+        outsiders: &[Outsider],
+        position: f64,
+    ) -> Self {
+        let usual = |kind| find(planted, kind, Form::Usual);
+        let leakage = usual(Kind::Leakage);
+        let line = |p: &Planted| PolePair::new(p.value, p.key("damping").unwrap_or(1.0));
+        let droop = |p: &Planted| (p.value, Lag::new(p.key("lag").unwrap_or(1.0)));
+        let mut flow = Self {
+            rated: valve.rated_flow,
+            opening: Opening::planted(planted),
+            leakage: leakage.map_or(0.0, |p| p.value),
+            leakage_width: leakage.and_then(|p| p.key("width")).unwrap_or(1.0) / 100.0,
+            droop: usual(Kind::SupplyDroop).map(droop),
+            fill: usual(Kind::Compressibility).map(|p| Lag::new(p.value)),
+            line: usual(Kind::LineResonance).map(line),
+            oil: Oil::planted(planted),
+            ripple: strength(outsiders, Oddity::PumpRipple),
+            reattachment: strength(outsiders, Oddity::Reattachment),
+            attached: false,
+            value: 0.0,
+        };
+        let valve = flow.through_valve(position);
+        if let Some((_, felt)) = &mut flow.droop {
+            felt.rest(valve.abs());
+        }
+        if let Some(fill) = &mut flow.fill {
+            fill.rest(valve);
+        }
+        if let Some(line) = &mut flow.line {
+            line.rest(valve);
+        }
+        flow.value = valve;
+        flow
+    }
+
+    /// The pressure drop as a multiple of the rated one: p = p0 − R · |Q|, |Q| lagged.
+    pub(super) fn drop(&self) -> f64 {
+        match &self.droop {
+            Some((resistance, felt)) => (1.0 - resistance * felt.value / RATED_DROP).max(0.0),
+            None => 1.0,
+        }
+    }
+
+    /// Moves on by `h` s to `time`, when the spool is seen at `position` V.
+    pub(super) fn advance(&mut self, position: f64, time: f64, h: f64) {
+        let mut flow = self.through_valve(position) * outsider::pump_ripple(self.ripple, time);
+        if let Some((_, felt)) = &mut self.droop {
+            felt.advance(flow.abs(), h);
+        }
+        if let Some(fill) = &mut self.fill {
+            flow = fill.advance(flow, h);
+        }
+        if let Some(line) = &mut self.line {
+            flow = line.advance(flow, h);
+        }
+        self.value = flow * self.oil.factor(time);
+    }
+
+    fn through_valve(&mut self, position: f64) -> f64 {
+        let x = position / FULL_SCALE;
+        let mut flow = self.rated * self.opening.at(x);
+        if self.droop.is_some() {
+            flow *= self.drop().sqrt();
+        }
+        if self.reattachment != 0.0 {
+            self.attached = outsider::attached(self.attached, x);
+            flow *= 1.0
+                - if self.attached {
+                    self.reattachment
+                } else {
+                    0.0
+                };
+        }
+        if self.leakage != 0.0 {
+            flow += self.leakage / (1.0 + (x / self.leakage_width).powi(2));
+        }
+        flow
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn opening(text: &str) -> Opening {
+        Opening::planted(&[text.parse().unwrap()])
+    }
+
+    #[test]
+    fn openings_are_those_of_their_equations() {
+        let overlap = opening("overlap=5");
+        assert_eq!([0.05, 0.01, -0.05].map(|x| overlap.at(x)), [0.0; 3]);
+        assert!((overlap.at(0.3) - 0.25).abs() < 1e-15);
+        assert!((overlap.at(-0.3) + 0.25).abs() < 1e-15);
+        let rounded = opening("overlap~rounded=5");
+        assert_eq!(rounded.at(0.0), 0.0);
+        assert!((rounded.at(0.9) - 0.85).abs() < 1e-3);
+        assert_eq!(rounded.at(0.2), -rounded.at(-0.2));
+        let asymmetric = opening("asymmetric_gain=0.1");
+        assert!((asymmetric.at(0.5) - 0.55).abs() < 1e-15);
+        assert!((asymmetric.at(-0.5) + 0.45).abs() < 1e-15);
+        let curved = opening("gain_curvature=0.2");
+        assert!((curved.at(0.5) - 0.45).abs() < 1e-15);
+        assert!((curved.at(-1.0) + 1.0).abs() < 1e-15);
+    }
+}

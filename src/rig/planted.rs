@@ -1,0 +1,500 @@
+//! Which effects are planted, and how they are written.
+
+use crate::record::Channel;
+use crate::{Error, Result};
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
+
+/// A physical effect that a valve or its bench can have. The equations are at the places that [`Kind::place`] names;
+/// several effects act in the order of [`Kind::ALL`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    /// The command arrives θ late, exactly: u(t − θ). \[s\]
+    Delay,
+    /// The command is off by u0: u + u0. \[V\]
+    NullBias,
+    /// A play of half-width b on the command: y = max(u − b, min(u + b, y₋)). \[V\]
+    Hysteresis,
+    /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
+    SlewLimit,
+    /// Coulomb friction F on the spool: the drive sat(u − x) loses F sign(x'), and the spool sticks while x' = 0 and
+    /// |drive| ≤ F. \[V\]
+    Friction,
+    /// A spring that grows with the pressure drop: the drive loses φ x Δp / Δp_rated. \[1\]
+    FlowForce,
+    /// A hard stop, |x| ≤ L, where it hits x' = 0. \[V\]
+    StrokeLimit,
+    /// h = sign(x) max(|x| − δ, 0), δ in % of full scale. \[%\]
+    Overlap,
+    /// h = x (1 + a) for x > 0, x (1 − a) for x < 0. \[1\]
+    AsymmetricGain,
+    /// h = x + c x (|x| − 1), x a share of full scale. \[1\]
+    GainCurvature,
+    /// Q + Q0 / (1 + (x / w)²), w the width. \[L/min\]
+    Leakage,
+    /// p = p0 − R |Q|, |Q| through a lag of 20 ms unless given. \[bar/(L/min)\]
+    SupplyDroop,
+    /// The flow through a first-order fill of this time constant. \[s\]
+    Compressibility,
+    /// The flow through a pole pair of this frequency, its damping 0.1 unless given. \[Hz\]
+    LineResonance,
+    /// Q (1 + d t); where a heating in K is given, Q (1 + d (ϑ − ϑ0)), ϑ measured. \[1/s or 1/K\]
+    ViscosityDrift,
+    /// A channel through a lag of this time constant. \[s\]
+    SensorLag,
+    /// y + b. \[unit of the channel\]
+    SensorOffset,
+    /// y + d t. \[unit of the channel/s\]
+    SensorDrift,
+    /// y + a sin(2π f t + φ), f (near 50 Hz) and φ drawn unless given. \[unit of the channel\]
+    PeriodicDisturbance,
+}
+
+/// The equation by which an effect acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Form {
+    /// The usual one.
+    Usual,
+    /// Delay as the second-order Padé approximant.
+    Pade,
+    /// Hysteresis after Bouc and Wen.
+    BoucWen,
+    /// Hysteresis as a Preisach operator: plays of several widths.
+    Preisach,
+    /// A spool that nears its highest speed smoothly.
+    Smooth,
+    /// A limit on z' instead of x': in effect a smaller saturation S.
+    Integrator,
+    /// Friction after Dahl.
+    Dahl,
+    /// Friction after Canudas de Wit and others, LuGre.
+    Lugre,
+    /// A stop that only the opening and the sensor see, not the loop.
+    Clipped,
+    /// A stop as a spring.
+    Soft,
+    /// Metering edges that are rounded.
+    Rounded,
+    /// A lag of second order: two equal ones.
+    SecondOrder,
+}
+
+impl Form {
+    /// Its name behind the tilde.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Usual => "usual",
+            Self::Pade => "pade",
+            Self::BoucWen => "bouc_wen",
+            Self::Preisach => "preisach",
+            Self::Smooth => "smooth",
+            Self::Integrator => "integrator",
+            Self::Dahl => "dahl",
+            Self::Lugre => "lugre",
+            Self::Clipped => "clipped",
+            Self::Soft => "soft",
+            Self::Rounded => "rounded",
+            Self::SecondOrder => "second_order",
+        }
+    }
+}
+
+/// A further parameter: its name, what it is where nothing is given (NaN is drawn or derived), and the forms that have it.
+type Key = (&'static str, f64, &'static [Form]);
+
+const USUAL: &[Form] = &[Form::Usual];
+
+/// What there is to know about an effect.
+struct Entry {
+    name: &'static str,
+    unit: &'static str,
+    place: &'static str,
+    /// The values that make sense; the lower end itself only where it is neutral.
+    range: (f64, f64),
+    typical: f64,
+    forms: &'static [Form],
+    keys: &'static [Key],
+}
+
+impl Kind {
+    /// All of them, in the order in which they act.
+    pub const ALL: [Self; 19] = [
+        Self::Delay,
+        Self::NullBias,
+        Self::Hysteresis,
+        Self::SlewLimit,
+        Self::Friction,
+        Self::FlowForce,
+        Self::StrokeLimit,
+        Self::Overlap,
+        Self::AsymmetricGain,
+        Self::GainCurvature,
+        Self::Leakage,
+        Self::SupplyDroop,
+        Self::Compressibility,
+        Self::LineResonance,
+        Self::ViscosityDrift,
+        Self::SensorLag,
+        Self::SensorOffset,
+        Self::SensorDrift,
+        Self::PeriodicDisturbance,
+    ];
+
+    #[rustfmt::skip]
+    fn entry(self) -> Entry {
+        let entry = |name, unit, place, range, typical, forms, keys| Entry {
+            name, unit, place, range, typical, forms, keys,
+        };
+        match self {
+            Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
+            Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3, &[], &[]),
+            Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
+                &[Form::BoucWen, Form::Preisach], &[("width", f64::NAN, &[Form::BoucWen])]),
+            Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
+                &[Form::Smooth, Form::Integrator], &[]),
+            Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
+                &[Form::Dahl, Form::Lugre], &[
+                    ("excess", f64::NAN, &[Form::Usual, Form::Lugre]),
+                    ("stribeck", 5.0, &[Form::Usual, Form::Lugre]),
+                    ("width", 0.05, &[Form::Dahl, Form::Lugre]),
+                ]),
+            Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1, &[], &[]),
+            Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
+                &[Form::Clipped, Form::Soft], &[("stiffness", 20.0, &[Form::Soft])]),
+            Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
+                &[Form::Rounded], &[("width", f64::NAN, &[Form::Rounded])]),
+            Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
+            Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15, &[], &[]),
+            Self::Leakage => entry("leakage", "L/min", "flow", (-100.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
+            Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
+                &[], &[("lag", 0.02, USUAL)]),
+            Self::Compressibility => entry("compressibility", "s", "flow", (0.0, 1.0), 0.004, &[], &[]),
+            Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0,
+                &[], &[("damping", 0.1, USUAL)]),
+            Self::ViscosityDrift => entry("viscosity_drift", "1/s", "flow", (-1.0, 1.0), 0.01,
+                &[], &[("heating", f64::NAN, USUAL), ("warm_up", 5.0, USUAL)]),
+            Self::SensorLag => entry("sensor_lag", "s", "sensor", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
+            Self::SensorOffset => entry("sensor_offset", "unit", "sensor", (-1e3, 1e3), 0.15, &[], &[]),
+            Self::SensorDrift => entry("sensor_drift", "unit/s", "sensor", (-1e3, 1e3), 0.03, &[], &[]),
+            Self::PeriodicDisturbance => entry("periodic_disturbance", "unit", "sensor", (-1e3, 1e3), 0.1,
+                &[], &[("frequency", f64::NAN, USUAL), ("phase", f64::NAN, USUAL)]),
+        }
+    }
+
+    /// The name of the effect.
+    pub fn name(self) -> &'static str {
+        self.entry().name
+    }
+
+    /// The unit of its value; `unit` in it is that of the channel.
+    pub fn unit(self) -> &'static str {
+        self.entry().unit
+    }
+
+    /// The module of the rig that holds its equation.
+    pub fn place(self) -> &'static str {
+        self.entry().place
+    }
+
+    /// A value that is seen in valves.
+    pub fn typical(self) -> f64 {
+        self.entry().typical
+    }
+
+    /// The forms other than [`Form::Usual`].
+    pub fn forms(self) -> &'static [Form] {
+        self.entry().forms
+    }
+
+    /// The names of further parameters.
+    pub fn keys(self) -> impl Iterator<Item = &'static str> {
+        self.entry().keys.iter().map(|key| key.0)
+    }
+
+    /// Whether it acts on a measured channel.
+    pub fn has_channel(self) -> bool {
+        self.entry().place == "sensor"
+    }
+}
+
+impl Display for Kind {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// An effect with its value, written `name=value`; in full `name~form.channel=value:key=value`.
+///
+/// `sensor_lag.flow=0.004`, `hysteresis~bouc_wen=0.2` and `leakage=1.5:width=4` are examples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planted {
+    /// Which effect.
+    pub effect: Kind,
+    /// Its equation.
+    pub form: Form,
+    /// The channel it acts on, [`Channel::Spool`] or [`Channel::Flow`]; of use to measurement effects alone.
+    pub channel: Channel,
+    /// Its value in [`Kind::unit`].
+    pub value: f64,
+    /// Further parameters that were given.
+    pub extra: Vec<(&'static str, f64)>,
+}
+
+impl Planted {
+    /// The effect in its usual form, on the spool if it has a channel.
+    pub fn new(effect: Kind, value: f64) -> Self {
+        Self {
+            effect,
+            form: Form::Usual,
+            channel: Channel::Spool,
+            value,
+            extra: Vec::new(),
+        }
+    }
+
+    /// The same in another form.
+    pub fn form(self, form: Form) -> Self {
+        Self { form, ..self }
+    }
+
+    /// The same on another channel.
+    pub fn on(self, channel: Channel) -> Self {
+        Self { channel, ..self }
+    }
+
+    /// The unit of its value: that of its kind, but for a drift that follows a temperature.
+    pub fn unit(&self) -> &'static str {
+        match self.effect {
+            Kind::ViscosityDrift if self.key("heating").is_some() => "1/K",
+            kind => kind.unit(),
+        }
+    }
+
+    /// A further parameter, where it is given or has a default.
+    pub(super) fn key(&self, key: &str) -> Option<f64> {
+        let given = self.extra.iter().find(|(name, _)| *name == key);
+        let default = || self.own_keys().find(|(name, ..)| *name == key);
+        let value = given.map_or_else(|| default().map(|key| key.1), |given| Some(given.1));
+        value.filter(|value| !value.is_nan())
+    }
+
+    /// The further parameters that its form has.
+    fn own_keys(&self) -> impl Iterator<Item = &'static Key> {
+        let form = self.form;
+        let keys = self.effect.entry().keys.iter();
+        keys.filter(move |key| key.2.contains(&form))
+    }
+
+    /// The name of the further parameter written `key`.
+    ///
+    /// # Errors
+    /// The effect, or its form, has none of that name.
+    fn own_key(&self, key: &str, place: &str) -> Result<&'static str> {
+        let own: Vec<&str> = self.own_keys().map(|key| key.0).collect();
+        if let Some(index) = own.iter().position(|name| *name == key) {
+            return Ok(own[index]);
+        }
+        let remedy = match own.is_empty() {
+            true => "leave it away".into(),
+            false => format!("use {}", own.join(", ")),
+        };
+        let form = match self.form {
+            Form::Usual => String::new(),
+            form => format!("~{}", form.name()),
+        };
+        let problem = format!("{}{form} has no parameter {key:?}", self.effect);
+        Err(Error::input(place, problem, remedy))
+    }
+
+    /// # Errors
+    /// A value out of its range, a form or channel that the effect does not have.
+    pub(super) fn check(&self) -> Result<()> {
+        let entry = self.effect.entry();
+        let refuse = |problem: String, remedy: String| {
+            Err(Error::input(format!("effect {self}"), problem, remedy))
+        };
+        let (low, high) = entry.range;
+        if !(low..=high).contains(&self.value) {
+            return refuse(
+                format!("its value is not from {low} to {high} {}", entry.unit),
+                "give another value".into(),
+            );
+        }
+        if self.form != Form::Usual && !entry.forms.contains(&self.form) {
+            return refuse(
+                format!("{} has no form {}", entry.name, self.form.name()),
+                forms_remedy(entry.forms),
+            );
+        }
+        if !self.effect.has_channel() && self.channel != Channel::Spool {
+            let problem = format!("{} acts on no channel", entry.name);
+            return refuse(problem, "leave the channel away".into());
+        }
+        if !matches!(self.channel, Channel::Spool | Channel::Flow) {
+            return refuse(
+                format!("nothing is planted on {}", self.channel),
+                "use spool or flow".into(),
+            );
+        }
+        for (key, value) in &self.extra {
+            self.own_key(key, &format!("effect {self}"))?;
+            // Only a phase and a warming can be negative, and be zero in earnest.
+            let signed = matches!(*key, "phase" | "heating" | "excess");
+            if !value.is_finite()
+                || (!signed && *value <= 0.0)
+                || (*key == "excess" && *value < 0.0)
+            {
+                return refuse(
+                    format!("{key} cannot be {value}"),
+                    "give a positive number".into(),
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+fn forms_remedy(forms: &[Form]) -> String {
+    if forms.is_empty() {
+        return "leave the form away".into();
+    }
+    let names: Vec<&str> = forms.iter().map(|form| form.name()).collect();
+    format!("use {} or none", names.join(", "))
+}
+
+impl Display for Planted {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.effect.name())?;
+        if self.form != Form::Usual {
+            write!(f, "~{}", self.form.name())?;
+        }
+        if self.effect.has_channel() {
+            write!(f, ".{}", self.channel)?;
+        }
+        write!(f, "={}", self.value)?;
+        self.extra
+            .iter()
+            .try_for_each(|(key, value)| write!(f, ":{key}={value}"))
+    }
+}
+
+impl FromStr for Planted {
+    type Err = Error;
+
+    /// # Errors
+    /// An unknown name, form, channel or key, or a value that is no number in the effect's range.
+    fn from_str(text: &str) -> Result<Self> {
+        let text = text.trim();
+        let place = format!("effect {text:?}");
+        let mut parts = text.split(':');
+        let (head, value) = assignment(parts.next().unwrap_or(""), &place)?;
+        let (head, channel) = match head.split_once('.') {
+            Some((head, channel)) => (head, Some(channel)),
+            None => (head, None),
+        };
+        let (name, form) = match head.split_once('~') {
+            Some((name, form)) => (name, Some(form)),
+            None => (head, None),
+        };
+        let effect = Kind::ALL.into_iter().find(|kind| kind.name() == name);
+        let effect = effect.ok_or_else(|| {
+            let names = Kind::ALL.map(Kind::name).join(", ");
+            Error::input(&place, "is not known", format!("use one of {names}"))
+        })?;
+        let entry = effect.entry();
+        let mut planted = Self::new(effect, value);
+        if let Some(form) = form {
+            let found = entry.forms.iter().find(|known| known.name() == form);
+            planted.form = *found.ok_or_else(|| {
+                let problem = format!("{name} has no form {form:?}");
+                Error::input(&place, problem, forms_remedy(entry.forms))
+            })?;
+        }
+        if let Some(channel) = channel {
+            if !effect.has_channel() {
+                let problem = format!("{name} acts on no channel");
+                return Err(Error::input(&place, problem, "leave the channel away"));
+            }
+            planted.channel = channel.parse()?;
+        }
+        for part in parts {
+            let (key, value) = assignment(part, &place)?;
+            let key = planted.own_key(key, &place)?;
+            planted.extra.push((key, value));
+        }
+        planted.check()?;
+        Ok(planted)
+    }
+}
+
+/// `name=number` in two.
+pub(super) fn assignment<'a>(text: &'a str, place: &str) -> Result<(&'a str, f64)> {
+    let found = text
+        .split_once('=')
+        .and_then(|(name, value)| Some((name.trim(), value.trim().parse().ok()?)));
+    found.ok_or_else(|| {
+        Error::input(
+            place,
+            format!("{text:?} is no NAME=VALUE"),
+            "write NAME=VALUE, such as delay=0.002",
+        )
+    })
+}
+
+/// The planted effect of this kind and form, unless it is neutral.
+pub(super) fn find(planted: &[Planted], effect: Kind, form: Form) -> Option<&Planted> {
+    planted
+        .iter()
+        .find(|p| p.effect == effect && p.form == form && p.value != 0.0)
+}
+
+/// The value of an effect that has one form, zero where it is not planted.
+pub(super) fn value(planted: &[Planted], effect: Kind) -> f64 {
+    find(planted, effect, Form::Usual).map_or(0.0, |p| p.value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_and_written_again() {
+        for text in [
+            "delay=0.002",
+            "hysteresis~bouc_wen=0.2",
+            "sensor_lag.flow=0.004",
+            "leakage=1.5:width=4",
+            "friction=0.1:excess=0.05:stribeck=2",
+            "sensor_lag~second_order.spool=0.004",
+        ] {
+            assert_eq!(text.parse::<Planted>().unwrap().to_string(), text);
+        }
+        for kind in Kind::ALL {
+            let text = format!("{kind}={}", kind.typical());
+            assert_eq!(text.parse::<Planted>().unwrap().effect, kind);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_what_would_be_right() {
+        for (text, part) in [
+            ("dealy=1", "line_resonance"),
+            ("delay", "NAME=VALUE"),
+            ("delay=x", "NAME=VALUE"),
+            ("delay=-1", "from 0 to 1 s"),
+            ("delay=nan", "from 0 to 1 s"),
+            ("delay~dahl=0.1", "pade"),
+            ("null_bias~dahl=0.1", "leave the form"),
+            ("delay.flow=0.1", "leave the channel"),
+            ("sensor_lag.temperature=0.1", "spool or flow"),
+            ("sensor_lag.flw=0.1", "flw"),
+            ("leakage=1:depth=3", "width"),
+            ("hysteresis=1:width=3", "leave it away"),
+            ("friction~dahl=1:excess=1", "friction~dahl has no parameter"),
+            ("leakage=1:width=0", "positive"),
+        ] {
+            let error = text.parse::<Planted>().unwrap_err().to_string();
+            assert!(error.contains(part), "{part} is not in: {error}");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What the sensors make of spool and flow.
+
+use super::filter::Lag;
+use super::outsider::{Outsider, odd_sensor};
+use super::planted::{Form, Kind, Planted};
+use crate::record::Channel;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::TAU;
+
+/// The sensor of one channel.
+pub(super) struct Sensor {
+    channel: Channel,
+    outsiders: Vec<Outsider>,
+    /// Units of the channel for each unit of what is measured.
+    scale: f64,
+    lags: Vec<Lag>,
+    offset: f64,
+    drift: f64,
+    disturbance: Option<Line>,
+    seen: f64,
+}
+
+/// amplitude · sin(2π frequency t + phase)
+struct Line {
+    amplitude: f64,
+    frequency: f64,
+    phase: f64,
+}
+
+impl Line {
+    /// What is not given is drawn: a frequency near 50 Hz that is no multiple of anything, and a phase.
+    fn planted(planted: &Planted, rng: &mut ChaCha8Rng) -> Self {
+        let frequency = rng.random_range(43.0..57.0);
+        let phase = rng.random_range(0.0..TAU);
+        Self {
+            amplitude: planted.value,
+            frequency: planted.key("frequency").unwrap_or(frequency),
+            phase: planted.key("phase").unwrap_or(phase),
+        }
+    }
+}
+
+impl Sensor {
+    /// The sensor in equilibrium with `value`, which it shows as `scale * value`.
+    pub(super) fn new(
+        channel: Channel,
+        planted: &[Planted],
+        outsiders: &[Outsider],
+        scale: f64,
+        value: f64,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
+        let on = |kind| {
+            let mut own = planted
+                .iter()
+                .filter(|p| p.channel == channel && p.value != 0.0);
+            own.find(|p| p.effect == kind)
+        };
+        let lags = on(Kind::SensorLag).map_or(vec![], |p| match p.form {
+            // Together as late as the one.
+            Form::SecondOrder => vec![Lag::new(p.value / 2.0), Lag::new(p.value / 2.0)],
+            _ => vec![Lag::new(p.value)],
+        });
+        let mut sensor = Self {
+            channel,
+            outsiders: outsiders.to_vec(),
+            scale,
+            lags,
+            offset: on(Kind::SensorOffset).map_or(0.0, |p| p.value),
+            drift: on(Kind::SensorDrift).map_or(0.0, |p| p.value),
+            disturbance: on(Kind::PeriodicDisturbance).map(|p| Line::planted(p, rng)),
+            seen: value,
+        };
+        sensor.lags.iter_mut().for_each(|lag| lag.rest(value));
+        sensor
+    }
+
+    /// Moves on by `h` s to `value`.
+    pub(super) fn advance(&mut self, value: f64, h: f64) {
+        self.seen = self
+            .lags
+            .iter_mut()
+            .fold(value, |value, lag| lag.advance(value, h));
+    }
+
+    /// What it shows at `time` s, in the channel's unit; `rate` is the command's, as outsiders take it.
+    pub(super) fn read(&self, time: f64, rate: f64) -> f64 {
+        let seen = match self.channel {
+            Channel::Spool => odd_sensor(&self.outsiders, self.seen, rate),
+            _ => self.seen,
+        };
+        let line = self.disturbance.as_ref().map_or(0.0, |line| {
+            line.amplitude * (TAU * line.frequency * time + line.phase).sin()
+        });
+        self.scale * seen + self.offset + self.drift * time + line
+    }
+}
+
+/// The row that each row shows where measurements hang for a `share` of the rows, in stretches of 10 to 60 ms.
+pub(super) fn hanging(share: f64, rows: usize, interval: f64, rng: &mut ChaCha8Rng) -> Vec<usize> {
+    let mut shown: Vec<usize> = (0..rows).collect();
+    let wanted = (share * rows as f64) as usize;
+    let mut hung = 0;
+    while hung < wanted {
+        let from = rng.random_range(0..rows);
+        let length = (rng.random_range(0.01..0.06) / interval).ceil() as usize;
+        let (until, source) = ((from + 1 + length).min(rows), shown[from]);
+        let stretch = &mut shown[from + 1..until];
+        hung += stretch
+            .iter()
+            .zip(from + 1..)
+            .filter(|(shown, row)| *shown == row)
+            .count();
+        stretch.fill(source);
+    }
+    shown
+}

@@ -1,0 +1,275 @@
+//! The spool and its loop: slew limit, friction, flow force and stroke limit.
+
+use super::filter::runge_kutta;
+use super::outsider::{self, Oddity, Outsider, strength};
+use super::planted::{Form, Kind, Planted, find, value};
+use super::valve::Valve;
+
+/// The spool x with its velocity v. Without effects it is the valve of [`Valve`], with z = x + T v:
+///
+/// ```text
+/// x' = v        T v' = K sat(u - x, ±S) - v
+/// ```
+///
+/// Each effect takes its part from the drive, that is from sat(u − x), or limits x or v.
+pub(super) struct Spool {
+    valve: Valve,
+    speed: Speed,
+    friction: Friction,
+    flow_force: f64,
+    stop: Stop,
+    quadratic_damping: f64,
+    amplitude_gain: f64,
+    detent: f64,
+    /// Position, V; velocity, V/s; and the deflection of the bristles, from −1 to 1.
+    state: [f64; 3],
+}
+
+enum Speed {
+    Free,
+    /// |v| ≤ limit: v itself, so that nothing winds up.
+    Limited(f64),
+    /// x' = v / (1 + (v / limit)⁴)^¼.
+    Smooth(f64),
+    /// |z'| ≤ limit.
+    Integrator(f64),
+}
+
+enum Friction {
+    None,
+    /// The drive loses F sign(v), F = coulomb + excess · exp(−(v / stribeck)²), and the spool sticks where v = 0 while
+    /// |drive| ≤ F.
+    Coulomb {
+        coulomb: f64,
+        excess: f64,
+        stribeck: f64,
+        /// Zero while it sticks, otherwise the sign of v.
+        direction: f64,
+    },
+    /// Bristles: the drive loses F ζ, ζ' = (v − |v| ζ F / g(v)) / width, g as F of the other. Dahl's has no excess.
+    Bristles {
+        coulomb: f64,
+        excess: f64,
+        stribeck: f64,
+        width: f64,
+    },
+}
+
+enum Stop {
+    None,
+    /// |x| ≤ limit, where it hits v becomes zero.
+    Hard(f64),
+    /// The drive loses stiffness · (x − limit) beyond the limit.
+    Soft {
+        limit: f64,
+        stiffness: f64,
+    },
+}
+
+fn stribeck_level(coulomb: f64, excess: f64, stribeck: f64, velocity: f64) -> f64 {
+    if excess == 0.0 {
+        return coulomb;
+    }
+    coulomb + excess * (-(velocity / stribeck).powi(2)).exp()
+}
+
+impl Friction {
+    fn planted(planted: &[Planted]) -> Self {
+        let of = |form| find(planted, Kind::Friction, form);
+        let bristles = |p: &Planted, share: f64| Self::Bristles {
+            coulomb: p.value,
+            excess: p.key("excess").unwrap_or(share * p.value),
+            stribeck: p.key("stribeck").unwrap_or(1.0),
+            width: p.key("width").unwrap_or(1.0),
+        };
+        if let Some(p) = of(Form::Usual) {
+            return Self::Coulomb {
+                coulomb: p.value,
+                excess: p.key("excess").unwrap_or(0.0),
+                stribeck: p.key("stribeck").unwrap_or(1.0),
+                direction: 0.0,
+            };
+        }
+        let dahl = of(Form::Dahl).map(|p| bristles(p, 0.0));
+        let lugre = || of(Form::Lugre).map(|p| bristles(p, 0.4));
+        dahl.or_else(lugre).unwrap_or(Self::None)
+    }
+}
+
+impl Spool {
+    /// The spool at rest at `position`.
+    pub(super) fn new(
+        valve: Valve,
+        planted: &[Planted],
+        outsiders: &[Outsider],
+        position: f64,
+    ) -> Self {
+        let limit = |kind, form| find(planted, kind, form).map(|p| p.value);
+        let slew = |form| limit(Kind::SlewLimit, form);
+        let speed = match (
+            slew(Form::Usual),
+            slew(Form::Smooth),
+            slew(Form::Integrator),
+        ) {
+            (Some(limit), _, _) => Speed::Limited(limit),
+            (_, Some(limit), _) => Speed::Smooth(limit),
+            (_, _, Some(limit)) => Speed::Integrator(limit),
+            _ => Speed::Free,
+        };
+        let stop = match find(planted, Kind::StrokeLimit, Form::Soft) {
+            Some(p) => Stop::Soft {
+                limit: p.value,
+                stiffness: p.key("stiffness").unwrap_or(1.0),
+            },
+            None => limit(Kind::StrokeLimit, Form::Usual).map_or(Stop::None, Stop::Hard),
+        };
+        Self {
+            valve,
+            speed,
+            friction: Friction::planted(planted),
+            flow_force: value(planted, Kind::FlowForce),
+            stop,
+            quadratic_damping: strength(outsiders, Oddity::QuadraticDamping),
+            amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
+            detent: strength(outsiders, Oddity::Detent),
+            state: [position, 0.0, 0.0],
+        }
+    }
+
+    /// Its position, V.
+    pub(super) fn position(&self) -> f64 {
+        self.state[0]
+    }
+
+    /// Moves on by `h` s, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is
+    /// `drop` times the rated one.
+    pub(super) fn step(&mut self, command: [f64; 2], drop: f64, h: f64) {
+        match self.friction {
+            Friction::Coulomb { .. } => self.step_with_sticking(command, drop, h),
+            _ => self.state = self.moved(self.state, command, drop, 0.0, h),
+        }
+        if let Stop::Hard(limit) = self.stop
+            && self.state[0].abs() >= limit
+        {
+            self.state[0] = limit.copysign(self.state[0]);
+            // It may move away from the stop, not into it.
+            if self.state[1] * self.state[0] > 0.0 {
+                self.state[1] = 0.0;
+                if let Friction::Coulomb { direction, .. } = &mut self.friction {
+                    *direction = 0.0;
+                }
+            }
+        }
+    }
+
+    fn step_with_sticking(&mut self, command: [f64; 2], drop: f64, h: f64) {
+        let start = self.state;
+        let Friction::Coulomb {
+            coulomb,
+            excess,
+            mut direction,
+            ..
+        } = self.friction
+        else {
+            return;
+        };
+        let escape = |drive: f64| {
+            if drive.abs() > coulomb + excess {
+                drive.signum()
+            } else {
+                0.0
+            }
+        };
+        if direction == 0.0 {
+            direction = escape(self.drive(start[0], command[0], drop));
+        }
+        if direction != 0.0 {
+            self.state = self.moved(start, command, drop, direction, h);
+            if self.state[1] * direction < 0.0 {
+                // It comes to rest within the step, and stays there or sets out the other way.
+                let share = start[1] / (start[1] - self.state[1]);
+                let turn = command[0] + share * (command[1] - command[0]);
+                let rest = self.moved(start, [command[0], turn], drop, direction, share * h)[0];
+                direction = escape(self.drive(rest, turn, drop));
+                self.state = [rest, 0.0, 0.0];
+                if direction != 0.0 {
+                    let left = (1.0 - share) * h;
+                    self.state = self.moved(self.state, [turn, command[1]], drop, direction, left);
+                }
+            }
+        }
+        if let Friction::Coulomb {
+            direction: kept, ..
+        } = &mut self.friction
+        {
+            *kept = direction;
+        }
+    }
+
+    /// sat(u − x) and what flow force, soft stop and detent take from it, V; friction is not in it.
+    fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
+        let mut drive = (u - x).clamp(-self.valve.saturation, self.valve.saturation);
+        if let Speed::Integrator(limit) = self.speed {
+            let limit = limit / self.valve.gain;
+            drive = drive.clamp(-limit, limit);
+        }
+        drive -= self.flow_force * x * drop;
+        if let Stop::Soft { limit, stiffness } = self.stop {
+            drive -= stiffness * (x - x.clamp(-limit, limit));
+        }
+        if self.detent != 0.0 {
+            drive -= outsider::detent(self.detent, x);
+        }
+        drive
+    }
+
+    fn moved(
+        &self,
+        state: [f64; 3],
+        command: [f64; 2],
+        drop: f64,
+        direction: f64,
+        h: f64,
+    ) -> [f64; 3] {
+        let mut end = runge_kutta(state, h, |[x, v, bristles], share| {
+            let u = command[0] + share * (command[1] - command[0]);
+            let mut drive = self.drive(x, u, drop);
+            let mut bend = 0.0;
+            match self.friction {
+                Friction::None => {}
+                Friction::Coulomb {
+                    coulomb,
+                    excess,
+                    stribeck,
+                    ..
+                } => drive -= direction * stribeck_level(coulomb, excess, stribeck, v),
+                Friction::Bristles {
+                    coulomb,
+                    excess,
+                    stribeck,
+                    width,
+                } => {
+                    drive -= coulomb * bristles;
+                    let share = coulomb / stribeck_level(coulomb, excess, stribeck, v);
+                    bend = (v - v.abs() * bristles * share) / width;
+                }
+            }
+            let gain = self.valve.gain * outsider::amplitude_gain(self.amplitude_gain, x);
+            let drag = v + outsider::quadratic_drag(self.quadratic_damping, v);
+            let speed = match self.speed {
+                Speed::Limited(limit) => v.clamp(-limit, limit),
+                Speed::Smooth(limit) => v / (1.0 + (v / limit).powi(4)).sqrt().sqrt(),
+                _ => v,
+            };
+            [
+                speed,
+                (gain * drive - drag) / self.valve.time_constant,
+                bend,
+            ]
+        });
+        if let Speed::Limited(limit) = self.speed {
+            end[1] = end[1].clamp(-limit, limit);
+        }
+        end
+    }
+}

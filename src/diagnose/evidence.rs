@@ -1,0 +1,218 @@
+//! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
+
+use crate::Result;
+use crate::evaluate::problem::{Data, Problem, Series};
+use crate::evaluate::{Evaluator, reference};
+use crate::model::effects::{Effect, Scale};
+use crate::model::{Output, Parameter, Structure};
+use crate::search::polish::{PolishOptions, polish};
+use crate::search::{Bees, Settings, Start};
+use std::sync::Arc;
+
+/// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
+const QUICK: PolishOptions = PolishOptions {
+    max_iterations: 40,
+    gradient_tolerance: 1e-6,
+    step_tolerance: 1e-7,
+    cost_tolerance: 1e-7,
+    damping: 1e-3,
+};
+
+/// The measured rows, fitted and held out, with errors in units of each channel's noise.
+#[derive(Debug, Clone)]
+pub(super) struct Evidence {
+    /// Fitted.
+    pub(super) fit: Arc<Data>,
+    /// Held out.
+    pub(super) hold_out: Arc<Data>,
+    /// One over the noise variance of each output.
+    pub(super) scale: [f64; 3],
+    /// How large things are.
+    pub(super) sizes: Scale,
+    /// Base parameters with their bounds.
+    pub(super) base: Vec<Parameter>,
+    /// Seed of all random numbers.
+    pub(super) seed: u64,
+}
+
+/// A structure fitted to the evidence.
+#[derive(Debug, Clone)]
+pub(super) struct Model {
+    /// The structure, and its parameters, whose start values are the fitted ones.
+    pub(super) problem: Problem,
+    /// Residuals of each observed channel in units of its noise, one record after another: fitted rows.
+    pub(super) fit: Vec<Vec<f64>>,
+    /// The same for rows held out.
+    pub(super) hold_out: Vec<Vec<f64>>,
+    /// Candidates evaluated for it.
+    pub(super) evaluations: usize,
+}
+
+impl Model {
+    /// Mean squared residual over channels and rows.
+    pub(super) fn loss(&self, side: Side) -> f64 {
+        let channels = self.residuals(side);
+        let count: usize = channels.iter().map(Vec::len).sum();
+        channels.iter().flatten().map(|r| r * r).sum::<f64>() / count.max(1) as f64
+    }
+
+    /// Residuals of each observed channel.
+    pub(super) fn residuals(&self, side: Side) -> &[Vec<f64>] {
+        match side {
+            Side::Fit => &self.fit,
+            Side::HoldOut => &self.hold_out,
+        }
+    }
+
+    /// The structure.
+    pub(super) fn structure(&self) -> &Structure {
+        &self.problem.structure
+    }
+
+    /// Values of all parameters.
+    pub(super) fn values(&self) -> Vec<f64> {
+        self.problem.parameters.iter().map(|p| p.start).collect()
+    }
+}
+
+/// Fitted or held out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Side {
+    /// Fitted.
+    Fit,
+    /// Held out.
+    HoldOut,
+}
+
+impl Evidence {
+    fn data(&self, side: Side) -> &Arc<Data> {
+        match side {
+            Side::Fit => &self.fit,
+            Side::HoldOut => &self.hold_out,
+        }
+    }
+
+    /// The records of one side.
+    pub(super) fn records(&self, side: Side) -> &[Series] {
+        match &**self.data(side) {
+            Data::Series(records) => records,
+            Data::Tones(_) => unreachable!("evidence is records"),
+        }
+    }
+
+    /// Where each record's rows that count begin among all that count.
+    pub(super) fn starts(&self, side: Side) -> Vec<usize> {
+        let mut starts = Vec::new();
+        let mut count = 0;
+        for record in self.records(side) {
+            starts.push(count);
+            count += record.samples.iter().filter(|s| s.weight > 0.0).count();
+        }
+        starts
+    }
+
+    /// `structure` on the fitted rows, its parameters starting where `start` has values for them.
+    pub(super) fn problem(&self, structure: &Structure, start: &[Parameter]) -> Problem {
+        let mut parameters = self.base.clone();
+        for effect in &structure.effects {
+            parameters.extend(effect.parameters(&self.sizes));
+        }
+        for parameter in &mut parameters {
+            if let Some(known) = start.iter().find(|p| p.name == parameter.name) {
+                parameter.start = parameter.clamp(known.start);
+            }
+        }
+        Problem {
+            structure: structure.clone(),
+            parameters,
+            data: self.fit.clone(),
+            scale: self.scale,
+        }
+    }
+
+    /// `model` with `effect`, whose free parameters start at `trial`.
+    pub(super) fn extended(&self, model: &Model, effect: Effect, trial: &[f64]) -> Problem {
+        let structure = model.structure().with(effect);
+        let mut start = model.problem.parameters.clone();
+        let own = effect.parameters(&self.sizes);
+        let free = own.into_iter().filter(|p| !p.fixed);
+        start.extend(free.zip(trial).map(|(parameter, &value)| Parameter {
+            start: parameter.clamp(value),
+            ..parameter
+        }));
+        self.problem(&structure, &start)
+    }
+
+    /// Searches with bees around the problem's start.
+    pub(super) fn forage(
+        &self,
+        problem: &Problem,
+        settings: Settings,
+        evaluator: &mut dyn Evaluator,
+    ) -> Result<(Problem, usize)> {
+        let free = problem.free();
+        let start = Start::From(problem.start());
+        let mut bees = Bees::new(&free, settings, start, self.seed)?;
+        while !bees.finished() {
+            let costs = evaluator.costs(problem, &bees.ask())?;
+            bees.tell(&costs);
+        }
+        let mut found = problem.clone();
+        let better = reference::cost(problem, bees.best().0) < reference::cost(problem, &problem.start());
+        if better {
+            set_start(&mut found, bees.best().0);
+        }
+        Ok((found, bees.evaluations()))
+    }
+
+    /// Polishes from the problem's start; `None` where that diverges.
+    pub(super) fn polished(&self, mut problem: Problem) -> Option<Model> {
+        let free = problem.free();
+        let start = problem.start();
+        let mut evaluations = 0;
+        if !free.is_empty() {
+            let polished = polish(&mut problem, &free, &start, &QUICK).ok()?;
+            evaluations = polished.evaluations;
+            set_start(&mut problem, &polished.values);
+        }
+        let fit = self.residuals(&problem, Side::Fit)?;
+        let hold_out = self.residuals(&problem, Side::HoldOut)?;
+        Some(Model {
+            problem,
+            fit,
+            hold_out,
+            evaluations,
+        })
+    }
+
+    /// Residuals of each observed channel at the problem's start, in units of noise; `None` where the model diverges.
+    fn residuals(&self, problem: &Problem, side: Side) -> Option<Vec<Vec<f64>>> {
+        let values: Vec<f64> = problem.parameters.iter().map(|p| p.start).collect();
+        let records = self.records(side);
+        let simulated = reference::trajectories(&problem.structure, &values, records);
+        let one = |&output: &Output| {
+            let index = output as usize;
+            let mut channel = Vec::new();
+            for (record, rows) in records.iter().zip(&simulated) {
+                for (sample, outputs) in record.samples.iter().zip(rows) {
+                    if sample.weight > 0.0 {
+                        let error = sample.target[index] - outputs[index];
+                        channel.push(error * self.scale[index].sqrt());
+                    }
+                }
+            }
+            channel
+        };
+        let channels: Vec<Vec<f64>> = problem.structure.observed.iter().map(one).collect();
+        let finite = channels.iter().flatten().all(|value| value.is_finite());
+        finite.then_some(channels)
+    }
+}
+
+/// Lets the free parameters start at `values`.
+pub(super) fn set_start(problem: &mut Problem, values: &[f64]) {
+    let free = problem.parameters.iter_mut().filter(|p| !p.fixed);
+    for (parameter, value) in free.zip(values) {
+        parameter.start = *value;
+    }
+}

@@ -1,0 +1,221 @@
+//! Screening: what each effect of the catalogue promises, and what chance promises.
+//!
+//! A score test at one value would miss effects that do nothing near their neutral value (an end stop) or have a kink
+//! there (friction). Each effect is therefore simulated at several values, its trials. Linearised there, together with the
+//! parameters of the model so far, it promises a cost (Gauss-Newton). What it could do to the residual by chance comes
+//! from its directions, those of the model projected out: surrogate residuals, blocks of the measured one with random
+//! signs, keep colour and loudness and lose the bond with the command (wild block bootstrap: Shao 2010, "The dependent
+//! wild bootstrap"). The whole screening is repeated on each surrogate, and the best effect of each makes the null
+//! distribution: its level holds for the family of all effects and trials, not for each alone.
+
+use super::evidence::{Evidence, Model, Side};
+use super::linear::{Basis, Linear, dot};
+use crate::model::effects::{CATALOGUE, Effect};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+/// Surrogates that make up the null distribution.
+const SURROGATES: usize = 999;
+
+/// What the screening says of one effect.
+#[derive(Debug, Clone)]
+pub(super) struct Screened {
+    /// The effect.
+    pub(super) effect: Effect,
+    /// Values of its free parameters at its trials, the most promising first, with the cost that each promises.
+    pub(super) trials: Vec<(Vec<f64>, f64)>,
+    /// Share of the cost that it promises to explain.
+    pub(super) promise: f64,
+    /// Chance of as good a promise of any effect where none is missing.
+    pub(super) p_value: f64,
+    /// Directions of its most promising trial, without what the model spans.
+    directions: Basis,
+}
+
+/// The screening of all effects that `model` could have.
+#[derive(Debug, Clone)]
+pub(super) struct Screening {
+    /// The effects, the most promising first.
+    pub(super) effects: Vec<Screened>,
+    /// The residual that they are to explain, without what the model spans.
+    residual: Vec<f64>,
+}
+
+/// One trial of one effect.
+struct Tried {
+    effect: Effect,
+    trial: Vec<f64>,
+    cost: f64,
+    directions: Basis,
+}
+
+impl Screening {
+    /// Tries every effect in `allowed` that `model` does not have; `None` where the model itself diverges.
+    pub(super) fn new(evidence: &Evidence, model: &Model, allowed: &dyn Fn(&Effect) -> bool) -> Option<Self> {
+        let here = Linear::new(&model.problem)?;
+        let base = Basis::spanning(here.columns);
+        let mut residual = here.residual.clone();
+        base.remove_from(&mut residual);
+        let structure = model.structure();
+        let sizes = &evidence.sizes;
+        let trials: Vec<(Effect, Vec<f64>)> = CATALOGUE
+            .iter()
+            .flat_map(|entry| entry.on(structure))
+            .filter(|effect| !structure.effects.contains(effect) && allowed(effect))
+            .flat_map(|effect| effect.trials(sizes).into_iter().map(move |t| (effect, t)))
+            .collect();
+        let tried: Vec<Tried> = trials
+            .into_par_iter()
+            .filter_map(|(effect, trial)| tried(evidence, model, &here.residual, &base, effect, trial))
+            .collect();
+        let cost = dot(&here.residual, &here.residual);
+        let p_values = p_values(evidence, &residual, &tried);
+        let mut effects: Vec<Screened> = Vec::new();
+        for (one, p_value) in tried.into_iter().zip(p_values) {
+            match effects.iter_mut().find(|other| other.effect == one.effect) {
+                Some(known) => {
+                    known.p_value = known.p_value.min(p_value);
+                    let better = one.cost < known.trials[0].1;
+                    let place = usize::from(!better) * known.trials.len();
+                    known.trials.insert(place, (one.trial, one.cost));
+                    if better {
+                        known.directions = one.directions;
+                    }
+                }
+                None => effects.push(Screened {
+                    effect: one.effect,
+                    trials: vec![(one.trial, one.cost)],
+                    promise: 0.0,
+                    p_value,
+                    directions: one.directions,
+                }),
+            }
+        }
+        for effect in &mut effects {
+            effect.trials.sort_by(|a, b| a.1.total_cmp(&b.1));
+            effect.promise = 1.0 - effect.trials[0].1 / cost;
+        }
+        effects.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+        Some(Self { effects, residual })
+    }
+
+    /// Pairs of effects by the share of the residual's square that both explain together, the best first: two that help
+    /// little alone may explain everything together.
+    pub(super) fn pairs(&self) -> Vec<([&Screened; 2], f64)> {
+        let total = dot(&self.residual, &self.residual);
+        let numbers: Vec<(usize, usize)> = (0..self.effects.len())
+            .flat_map(|i| (0..i).map(move |j| (j, i)))
+            .collect();
+        let mut pairs: Vec<([&Screened; 2], f64)> = numbers
+            .into_par_iter()
+            .map(|(i, j)| {
+                let pair = [&self.effects[i], &self.effects[j]];
+                let mut basis = pair[0].directions.clone();
+                for direction in &pair[1].directions.0 {
+                    basis.add(direction.clone());
+                }
+                (pair, basis.explained(&self.residual) / total)
+            })
+            .collect();
+        pairs.sort_by(|a, b| b.1.total_cmp(&a.1));
+        pairs
+    }
+}
+
+fn tried(
+    evidence: &Evidence,
+    model: &Model,
+    residual: &[f64],
+    base: &Basis,
+    effect: Effect,
+    trial: Vec<f64>,
+) -> Option<Tried> {
+    let problem = evidence.extended(model, effect, &trial);
+    let there = Linear::new(&problem)?;
+    // What the trial changes, and what its parameters change there.
+    let secant = residual.iter().zip(&there.residual).map(|(a, b)| a - b);
+    let mut directions = base.clone();
+    directions.add(secant.collect());
+    let own: Vec<String> = effect
+        .parameters(&evidence.sizes)
+        .into_iter()
+        .map(|p| p.name)
+        .collect();
+    let free = problem.parameters.iter().filter(|p| !p.fixed);
+    for (parameter, column) in free.zip(&there.columns) {
+        if own.contains(&parameter.name) {
+            directions.add(column.clone());
+        }
+    }
+    directions.0.drain(..base.0.len());
+    let reached = Basis::spanning(there.columns);
+    let cost = dot(&there.residual, &there.residual) - reached.explained(&there.residual);
+    Some(Tried {
+        effect,
+        trial,
+        cost,
+        directions,
+    })
+}
+
+/// For each trial the chance that any trial explains as much of a surrogate, each in units of its own chance level.
+fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried]) -> Vec<f64> {
+    let starts = evidence.starts(Side::Fit);
+    let channels = evidence.scale.iter().filter(|s| **s > 0.0).count().max(1);
+    let block = super::bootstrap::block_length(residual, &[0]).max(20 * channels);
+    let edges: Vec<usize> = edges(residual.len(), &starts, channels, block);
+    let blocks = edges.len() - 1;
+    let in_block = |direction: &Vec<f64>| -> Vec<f64> {
+        edges
+            .windows(2)
+            .map(|edge| dot(&direction[edge[0]..edge[1]], &residual[edge[0]..edge[1]]))
+            .collect()
+    };
+    let products: Vec<Vec<Vec<f64>>> = tried
+        .par_iter()
+        .map(|one| one.directions.0.iter().map(in_block).collect())
+        .collect();
+    let explained = |signs: &[f64], products: &Vec<Vec<f64>>| -> f64 {
+        products.iter().map(|column| dot(column, signs).powi(2)).sum()
+    };
+    let measured: Vec<f64> = products
+        .iter()
+        .map(|one| explained(&vec![1.0; blocks], one))
+        .collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(evidence.seed);
+    let null: Vec<Vec<f64>> = (0..SURROGATES)
+        .map(|_| {
+            let sign = |_| if rng.random::<bool>() { 1.0 } else { -1.0 };
+            let signs: Vec<f64> = (0..blocks).map(sign).collect();
+            products.iter().map(|one| explained(&signs, one)).collect()
+        })
+        .collect();
+    let chance: Vec<f64> = (0..tried.len())
+        .map(|i| {
+            let mut values: Vec<f64> = null.iter().map(|row| row[i]).collect();
+            values.sort_by(f64::total_cmp);
+            values[values.len() / 2].max(f64::MIN_POSITIVE)
+        })
+        .collect();
+    let largest: Vec<f64> = null
+        .iter()
+        .map(|row| row.iter().zip(&chance).map(|(v, c)| v / c).fold(0.0, f64::max))
+        .collect();
+    let p_value = |(value, chance): (&f64, &f64)| {
+        let as_large = largest.iter().filter(|most| **most >= value / chance).count();
+        (as_large + 1) as f64 / (SURROGATES + 1) as f64
+    };
+    measured.iter().zip(&chance).map(p_value).collect()
+}
+
+/// Ends of blocks that no record's end lies inside.
+fn edges(len: usize, starts: &[usize], channels: usize, block: usize) -> Vec<usize> {
+    let mut edges = Vec::new();
+    let ends = starts.iter().skip(1).map(|start| start * channels).chain([len]);
+    for (start, end) in starts.iter().map(|start| start * channels).zip(ends) {
+        edges.extend((start..end).step_by(block));
+    }
+    edges.push(len);
+    edges
+}

@@ -4,8 +4,10 @@ mod identify;
 mod noise;
 mod residual;
 mod score;
+#[cfg(test)]
+mod simulated;
 
 pub use identify::{Identified, Measurements, Sides, identify};
 pub use noise::{Noise, noise_floor};
-pub use residual::{Remaining, remaining};
+pub use residual::{Remaining, Residuals, coloured, remaining};
 pub use score::{Compared, errors};

@@ -18,7 +18,12 @@ pub struct Noise {
 
 /// The standard deviation of the noise in `measured`: from stretches where the `command` rests, where there are any,
 /// otherwise from what is left of `residual` above a quarter of the sampling rate.
-pub fn noise_floor(command: &[f64], measured: &[f64], residual: &[f64]) -> Noise {
+pub fn noise_floor(
+    _starts: &[usize],
+    command: &[f64],
+    measured: &[f64],
+    residual: &[f64],
+) -> Noise {
     let still = QUIET * range(command);
     let mut squares = Vec::new();
     let mut run = 0;
@@ -104,7 +109,7 @@ mod tests {
         let measured: Vec<f64> = (0..8000)
             .map(|k| command[k] + 0.02 * noise[k] + 1e-5 * k as f64)
             .collect();
-        let found = noise_floor(&command, &measured, &measured);
+        let found = noise_floor(&[0], &command, &measured, &measured);
         assert_eq!(found.method, "quiet stretches");
         assert!((found.value / 0.02 - 1.0).abs() < 0.1, "{found:?}");
     }
@@ -116,7 +121,7 @@ mod tests {
         let residual: Vec<f64> = (0..8000)
             .map(|k| 0.02 * noise[k] + 0.1 * (k as f64 * 0.02).sin())
             .collect();
-        let found = noise_floor(&command, &command, &residual);
+        let found = noise_floor(&[0], &command, &command, &residual);
         assert_eq!(found.method, "high-pass residual");
         assert!((found.value / 0.02 - 1.0).abs() < 0.1, "{found:?}");
     }

@@ -18,7 +18,7 @@ use std::f64::consts::SQRT_2;
 /// Surrogates that make up the null distribution of one channel.
 const SURROGATES: usize = 99;
 /// Structure is reported below this chance that noise alone shows as much, over all tests and channels of a record.
-const LEVEL: f64 = 0.01;
+const LEVEL: f64 = 0.02;
 /// The tests of a channel that share [`LEVEL`]: dependence, size, line, constant.
 const FAMILIES: f64 = 4.0;
 /// Structure that explains a smaller part of the residual's variance is not reported, however certain it is. Removing

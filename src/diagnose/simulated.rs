@@ -30,14 +30,14 @@ pub(super) fn filtered(values: &[f64], corner: f64) -> Vec<f64> {
 /// A bench's command at 1 kHz, in V: steps with rests, triangles both ways and chirps of two amplitudes.
 pub(super) fn command(count: usize) -> Vec<f64> {
     let part = count as f64 / 4.0;
-    let heights = [0.0, 2.0, -2.0, 5.0, -5.0, 8.0, -8.0, 0.0];
+    let heights = [0.0, 4.0, -7.0, 0.0];
     (0..count)
         .map(|k| {
             let (quarter, at) = ((k as f64 / part) as usize, (k as f64 / part).fract());
             let triangle = |x: f64| 4.0 * ((x + 0.75).fract() - 0.5).abs() - 1.0;
             let chirp = |at: f64| (TAU * part * 1e-3 * (0.5 * at + 12.0 * at * at)).sin();
             match quarter {
-                0 => heights[(at * 8.0) as usize],
+                0 => heights[(at * 4.0) as usize],
                 1 => 9.0 * triangle(2.0 * at),
                 2 => 1.0 * chirp(at),
                 _ => 6.0 * chirp(at),

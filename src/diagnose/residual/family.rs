@@ -16,8 +16,8 @@ pub(super) struct Family {
 impl Family {
     /// From rows of statistics, one row a surrogate.
     ///
-    /// Every surrogate is measured by the moments of the others, as the observed statistics are: measured by its own, it
-    /// could not stand out as far.
+    /// Every surrogate is measured by the moments of the others, as the observed statistics are: measured by its own,
+    /// it could not stand out as far.
     pub(super) fn new(null: &[Vec<f64>]) -> Self {
         let statistics = 0..null[0].len();
         let columns: Vec<Vec<f64>> = statistics

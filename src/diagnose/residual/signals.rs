@@ -242,8 +242,8 @@ impl Bins {
         }
     }
 
-    /// The part of the variance that the means in the bins explain (Pearson's correlation ratio η²), for values with mean
-    /// 0 and sum of squares 1.
+    /// The part of the variance that the means in the bins explain (Pearson's correlation ratio η²), for values with
+    /// mean 0 and sum of squares 1.
     pub(super) fn ratio(&self, values: &[f64]) -> f64 {
         let mut sums = vec![0.0; self.weight.len()];
         for (&bin, value) in self.of_row.iter().zip(values) {

@@ -6,8 +6,8 @@ use rustfft::{Fft, FftPlanner};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Neighbours whose median is the level about a frequency. With 51 of them its logarithm is known to 20 %, and noise with a
-/// corner at 20 Hz is still flat across them in a record of 3 s.
+/// Neighbours whose median is the level about a frequency. With 51 of them its logarithm is known to 20 %, and noise
+/// with a corner at 20 Hz is still flat across them in a record of 3 s.
 const NEIGHBOURS: usize = 51;
 /// Which of the ordered neighbours is the median.
 const MIDDLE: usize = NEIGHBOURS.div_ceil(2);
@@ -132,8 +132,8 @@ impl Spectrum {
         peaks
     }
 
-    /// The strongest line outside `known` peaks and its chance over all frequencies (as Fisher 1929, "Tests of significance
-    /// in harmonic analysis", with a level that may vary over frequency).
+    /// The strongest line outside `known` peaks and its chance over all frequencies (as Fisher 1929, "Tests of
+    /// significance in harmonic analysis", with a level that may vary over frequency).
     pub(super) fn strongest_line(
         &self,
         spectrum: &[Complex<f64>],

@@ -44,7 +44,7 @@ pub struct Noise {
 ///   or not, cancels. A disturbance that does not repeat counts as noise.
 /// - Otherwise from what remains about a line where the command rests.
 /// - Otherwise from first and second differences of `residual`, as if its fast part were noise that a first-order
-/// filter   coloured.
+///   filter coloured.
 pub fn noise_floor(starts: &[usize], command: &[f64], measured: &[f64], residual: &[f64]) -> Noise {
     let estimates = [
         (repeats(starts, command, measured), "repeated command"),

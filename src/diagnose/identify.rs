@@ -1,7 +1,7 @@
 //! From records to a diagnosed model: fit, score on the hold-out, look at what is left.
 
 use super::score::{Compared, errors};
-use super::{Noise, Remaining, noise_floor, remaining};
+use super::{Noise, Remaining, Residuals, noise_floor, remaining};
 use crate::Result;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem, Score, reference};
@@ -122,6 +122,7 @@ pub fn identify(
         fit: errors(structure, &fitted),
         hold_out: errors(structure, &held),
     };
+    let known = Known::new(&fitted);
     let mut noise = BTreeMap::new();
     let mut left = BTreeMap::new();
     let mut integration_error = BTreeMap::new();
@@ -130,30 +131,25 @@ pub fn identify(
         unreachable!("records were given")
     };
     let finer = reference::trajectories(structure, &values, finer);
+    let mut residuals = Vec::new();
     for &output in &structure.observed {
         let rows: Vec<(f64, f64, f64)> = fitted
             .iter()
             .flat_map(|compared| compared.rows(output))
             .collect();
-        let command: Vec<f64> = rows.iter().map(|row| row.0).collect();
         let measured: Vec<f64> = rows.iter().map(|row| row.1).collect();
         let residual: Vec<f64> = rows.iter().map(|row| row.1 - row.2).collect();
         let name = output.name().to_owned();
-        let floor = noise_floor(&command, &measured, &residual);
-        let error = errors.fit[&name];
-        let rest = match error.fit_percent {
-            Some(percent) if percent > EXACT => Remaining {
-                structured: false,
-                correlates_with: Vec::new(),
-            },
-            _ => {
-                let mut rest = remaining(&command, &residual, plan.seed);
-                rest.structured |= error.rmse > ABOVE_NOISE * floor.value;
-                rest
-            }
-        };
+        let floor = noise_floor(&known.starts, &known.command, &measured, &residual);
         noise.insert(name.clone(), floor);
-        left.insert(name.clone(), rest);
+        let exact = errors.fit[&name]
+            .fit_percent
+            .is_some_and(|percent| percent > EXACT);
+        if exact {
+            left.insert(name.clone(), Remaining::nothing());
+        } else {
+            residuals.push((name.clone(), residual));
+        }
         let pairs = fitted
             .iter()
             .flat_map(|compared| &compared.simulated)
@@ -162,6 +158,24 @@ pub fn identify(
             .map(|(a, b)| (a[output as usize] - b[output as usize]).abs())
             .fold(0.0, f64::max);
         integration_error.insert(name, change);
+    }
+    let channels: Vec<&[f64]> = residuals
+        .iter()
+        .map(|(_, residual)| &residual[..])
+        .collect();
+    let rest = remaining(
+        &Residuals {
+            channels: &channels,
+            starts: &known.starts,
+            time: &known.time,
+            command: &known.command,
+            known: &[("simulated spool", &known.spool)],
+        },
+        plan.seed,
+    );
+    for ((name, _), mut rest) in residuals.into_iter().zip(rest) {
+        rest.structured |= errors.fit[&name].rmse > ABOVE_NOISE * noise[&name].value;
+        left.insert(name, rest);
     }
     drop((fitted, held));
     Ok(Identified {
@@ -174,6 +188,40 @@ pub fn identify(
         measurements,
         problem,
     })
+}
+
+/// What is known of the rows that count, one record after another.
+struct Known {
+    starts: Vec<usize>,
+    time: Vec<f64>,
+    command: Vec<f64>,
+    spool: Vec<f64>,
+}
+
+impl Known {
+    fn new(fitted: &[Compared]) -> Self {
+        let mut known = Self {
+            starts: Vec::new(),
+            time: Vec::new(),
+            command: Vec::new(),
+            spool: Vec::new(),
+        };
+        for compared in fitted {
+            known.starts.push(known.time.len());
+            let series = compared.series;
+            let rows = series
+                .time
+                .iter()
+                .zip(&series.samples)
+                .zip(&compared.simulated);
+            for ((time, sample), simulated) in rows.filter(|((_, sample), _)| sample.weight > 0.0) {
+                known.time.push(*time);
+                known.command.push(sample.input[0]);
+                known.spool.push(simulated[Output::Spool as usize]);
+            }
+        }
+        known
+    }
 }
 
 /// Variance of an output over all records; 1 where it does not vary.

@@ -58,9 +58,12 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
         };
         match arrival {
             Some(arrival) => {
-                R::outlined(|| {
-                    interval(structure, plant, &mut state, input, [sample, next], arrival);
-                });
+                R::outlined(
+                    #[inline(always)]
+                    || {
+                        interval(structure, plant, &mut state, input, [sample, next], arrival);
+                    },
+                );
             }
             None => {
                 let step = R::constant(sample.step);

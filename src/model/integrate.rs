@@ -13,7 +13,10 @@ pub fn advance<R: Real, const N: usize, const EFFECTS: bool>(
     step: R,
 ) -> [R; N] {
     if EFFECTS {
-        return R::outlined(|| advance_inline::<R, N, true>(plant, state, inputs, step));
+        return R::outlined(
+            #[inline(always)]
+            || advance_inline::<R, N, true>(plant, state, inputs, step),
+        );
     }
     advance_inline::<R, N, false>(plant, state, inputs, step)
 }

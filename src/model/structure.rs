@@ -1,7 +1,7 @@
 //! A structure: which parts the model has, its parameters, its states, its equations of motion and what is observed.
 
 use super::actuator::Actuator;
-use super::effects::{Act, Action, Effect, Moment, Motion, Scale};
+use super::effects::{Act, Action, Effect, Moment, Motion, Port, Scale};
 use super::valve::{Drop, Pressures, Valve, ValveForm};
 use super::{Parameter, Real};
 use serde::{Deserialize, Serialize};
@@ -359,6 +359,12 @@ pub struct Plant<R> {
     full_scale: f64,
     observes: [bool; 3],
     effects: Vec<Placed<R>>,
+    /// Whether states change with the flow: it is not computed where nothing needs it.
+    flow_moves: bool,
+    /// Whether effects act on the spool where a step ends.
+    settles: bool,
+    /// Whether anything filters an output, and whether that is the flow.
+    filters: (bool, bool),
 }
 
 /// Spool, opening and flow at one instant, and the flow before what the flow port's effects add.
@@ -399,7 +405,13 @@ impl<R: Real> Plant<R> {
             .then(|| (R::constant(1e-3 / 60.0 / 1e-4 * 1e3) / take(1)[0]).named("piston_speed"));
         let mut state = structure.base_states().len();
         let mut effects = Vec::with_capacity(structure.effects.len());
+        let mut flow_moves = piston_speed.is_some();
+        let mut filters = (false, false);
         for effect in &structure.effects {
+            let has_states = !effect.entry.states.is_empty();
+            flow_moves |= has_states && effect.entry.port == Port::Flow && effect.output.is_none();
+            filters.0 |= has_states && effect.output.is_some();
+            filters.1 |= has_states && effect.output == Some(Output::Flow);
             let first = state;
             state += effect.entry.states.len();
             effects.push(Placed {
@@ -417,6 +429,12 @@ impl<R: Real> Plant<R> {
             piston_speed,
             full_scale: structure.full_scale,
             observes: Output::ALL.map(|output| structure.observes(output)),
+            flow_moves,
+            settles: structure
+                .effects
+                .iter()
+                .any(|effect| effect.entry.port == Port::Actuator),
+            filters,
             effects,
         }
     }
@@ -437,13 +455,16 @@ impl<R: Real> Plant<R> {
         let mut state = [R::constant(0.0); N];
         let mut input = *input;
         if EFFECTS {
-            R::outlined(|| {
-                for effect in &self.effects {
-                    let own = &mut state[effect.states.clone()];
-                    effect.action.settled(own, input.command);
-                    input.command = effect.action.command(own, input.command);
-                }
-            });
+            R::outlined(
+                #[inline(always)]
+                || {
+                    for effect in &self.effects {
+                        let own = &mut state[effect.states.clone()];
+                        effect.action.settled(own, input.command);
+                        input.command = effect.action.command(own, input.command);
+                    }
+                },
+            );
         }
         if self.actuator.is_some() {
             let spool = match (self.initial, self.initial_spool) {
@@ -458,10 +479,13 @@ impl<R: Real> Plant<R> {
             state[self.position::<EFFECTS>(N)] = position;
         }
         if EFFECTS {
-            R::outlined(|| {
-                self.settle_supply(&mut state, &input);
-                self.settle_outputs(&mut state, &input);
-            });
+            R::outlined(
+                #[inline(always)]
+                || {
+                    self.settle_supply(&mut state, &input);
+                    self.settle_outputs(&mut state, &input);
+                },
+            );
         }
         state
     }
@@ -507,14 +531,17 @@ impl<R: Real> Plant<R> {
     /// The command that acts, when `command` has arrived: `state` remembers it.
     #[inline(always)]
     pub fn command(&self, state: &mut [R], command: R) -> R {
-        R::outlined(|| {
-            let mut command = command;
-            for effect in &self.effects {
-                let own = &mut state[effect.states.clone()];
-                command = effect.action.command(own, command);
-            }
-            command
-        })
+        R::outlined(
+            #[inline(always)]
+            || {
+                let mut command = command;
+                for effect in &self.effects {
+                    let own = &mut state[effect.states.clone()];
+                    command = effect.action.command(own, command);
+                }
+                command
+            },
+        )
     }
 
     /// Spool position in the unit of the command.
@@ -534,7 +561,7 @@ impl<R: Real> Plant<R> {
         let spool = self.spool(state, input);
         let mut opening = spool;
         let (mut flow, mut drop) = (zero, zero);
-        if with_flow && let Some(valve) = &self.valve {
+        if let Some(valve) = &self.valve {
             opening = (spool * R::constant(100.0 / self.full_scale)).named("opening");
             let mut pressures = valve.supplied(&input.pressures);
             if EFFECTS {
@@ -545,7 +572,9 @@ impl<R: Real> Plant<R> {
                 }
                 drop = pressures.supply - pressures.tank;
             }
-            flow = valve.flow_from(opening, &pressures).named("flow");
+            if with_flow {
+                flow = valve.flow_from(opening, &pressures).named("flow");
+            }
         }
         let moment = Moment {
             time: input.time,
@@ -591,7 +620,10 @@ impl<R: Real> Plant<R> {
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
         if EFFECTS {
-            R::outlined(|| self.effects_derivative(state, input, &mut slope));
+            R::outlined(
+                #[inline(always)]
+                || self.effects_derivative(state, input, &mut slope),
+            );
             return slope;
         }
         if let Some(actuator) = &self.actuator {
@@ -605,7 +637,7 @@ impl<R: Real> Plant<R> {
 
     #[inline(always)]
     fn effects_derivative(&self, state: &[R], input: &Input<R>, slope: &mut [R]) {
-        let path = self.path::<true>(state, input, true);
+        let path = self.path::<true>(state, input, self.flow_moves);
         if let Some(actuator) = &self.actuator {
             let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);
             let motion = Motion {
@@ -634,7 +666,10 @@ impl<R: Real> Plant<R> {
     /// filters an output follows it. The inputs are those at the step's start and end.
     #[inline(always)]
     pub fn settle(&self, before: &[R], state: &mut [R], start: &Input<R>, end: &Input<R>, step: R) {
-        R::outlined(|| self.settle_inline(before, state, start, end, step));
+        R::outlined(
+            #[inline(always)]
+            || self.settle_inline(before, state, start, end, step),
+        );
     }
 
     #[inline(always)]
@@ -646,11 +681,12 @@ impl<R: Real> Plant<R> {
         end: &Input<R>,
         step: R,
     ) {
-        let earlier = self.path::<true>(before, start, true);
-        if let Some(actuator) = &self.actuator {
+        if self.settles
+            && let Some(actuator) = &self.actuator
+        {
             let (_, speed) = actuator.derivative(before[0], before[1], start.command);
             let (mut drive, _) = actuator.derivative(state[0], state[1], end.command);
-            let path = self.path::<true>(state, end, true);
+            let path = self.path::<true>(state, end, false);
             let motion = Motion {
                 gain: actuator.gain(),
                 speed,
@@ -661,7 +697,12 @@ impl<R: Real> Plant<R> {
                 drive = effect.action.drive(drive, &motion);
             }
         }
-        let later = self.path::<true>(state, end, true);
+        let (any, flow) = self.filters;
+        if !any {
+            return;
+        }
+        let earlier = self.path::<true>(before, start, flow);
+        let later = self.path::<true>(state, end, flow);
         for output in Output::ALL {
             let mut old = self.output::<true>(output, before, &earlier);
             let mut new = self.output::<true>(output, state, &later);
@@ -705,14 +746,17 @@ impl<R: Real> Plant<R> {
     #[inline(always)]
     pub fn observe<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>) -> [R; 3] {
         match EFFECTS {
-            true => R::outlined(|| self.observe_inline::<true>(state, input)),
+            true => R::outlined(
+                #[inline(always)]
+                || self.observe_inline::<true>(state, input),
+            ),
             false => self.observe_inline::<false>(state, input),
         }
     }
 
     #[inline(always)]
     fn observe_inline<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>) -> [R; 3] {
-        let path = self.path::<EFFECTS>(state, input, EFFECTS || self.observes[1]);
+        let path = self.path::<EFFECTS>(state, input, self.observes[1]);
         let mut outputs = [R::constant(0.0); 3];
         for output in Output::ALL {
             let mut value = self.output::<EFFECTS>(output, state, &path);

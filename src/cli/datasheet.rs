@@ -4,12 +4,13 @@ use super::options::{Options, progress};
 use super::table::{number, table};
 use clap::ValueEnum;
 use servobee::diagnose::Sides;
+use servobee::diagnose::Verdict;
 use servobee::evaluate::Score;
 use servobee::evaluate::problem::Stream;
 use servobee::evaluate::{Chosen, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
 use servobee::report::{
-    Document, ErrorPair, ParameterReport, RemainingReport, SCHEMA, Verdict, not_identifiable,
+    Document, ErrorPair, Improvements, ParameterReport, RemainingReport, SCHEMA, not_identifiable,
 };
 use servobee::report::{ModelFile, OutputFolder};
 use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
@@ -404,9 +405,12 @@ fn document(
         schema: SCHEMA,
         verdict: Verdict::None,
         effects: Vec::new(),
+        considered: Vec::new(),
+        explained: 1.0,
         error: ErrorPair {
             before: sides.clone(),
             after: sides,
+            improvement: Improvements::default(),
         },
         noise_floor: BTreeMap::new(),
         noise_method: BTreeMap::new(),

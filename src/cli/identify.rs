@@ -1,18 +1,18 @@
 //! `servobee identify`.
 
-use super::options::{Options, progress};
+use super::options::{Options, spinner};
 use super::table::{number, table};
-use servobee::diagnose::{Compared, Identified, Measurements, identify};
-use servobee::evaluate::{parameters_for, structure_for};
-use servobee::model::Output;
+use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, identify};
+use servobee::evaluate::{parameters_for, scale_of, structure_for};
+use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{Mapping, Record};
-use servobee::report::{Document, ModelFile};
+use servobee::report::{ConsideredEffect, Document, ImprovementReport, ModelFile, ParameterReport};
 use servobee::search::{Plan, Settings, Start};
 use servobee::{Error, Result};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Fit a model to measurements and score it on data that was never fitted
+/// Fit a model to measurements, find out which effects it lacks, and score it on data that was never fitted
 ///
 /// The base model follows from the channels that the records have. Without --hold-out the last 30 % of each record are
 /// held out.
@@ -56,14 +56,7 @@ const SETTINGS: Settings = Settings {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
-    if !matches!(arguments.effects.as_str(), "all" | "none") {
-        let place = format!("--effects {}", arguments.effects);
-        return Err(Error::input(
-            place,
-            "this version's catalogue of effects is empty",
-            "give all or none",
-        ));
-    }
+    let entries = entries(&arguments.effects)?;
     let output = arguments.options.output()?;
     let read = |paths: &[PathBuf]| {
         paths
@@ -106,14 +99,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         polish: true,
         coloured: true,
     };
-    let (bar, mut tick) = progress("searching", SETTINGS.itr);
+    let effects = entries.iter().flat_map(|entry| entry.on(&structure));
+    let options = diagnose::Options {
+        effects: effects.collect(),
+        max_effects: arguments.max_effects,
+    };
+    let sizes = scale_of(&structure, &records);
+    let bar = spinner();
     let result = identify(
         structure,
         parameters,
+        sizes,
         measurements,
         chosen.evaluator.as_mut(),
         &plan,
-        &mut tick,
+        &options,
+        &mut |stage| bar.set_message(stage.to_owned()),
     );
     bar.finish_and_clear();
     let identified = result?;
@@ -147,91 +148,220 @@ fn read(path: &PathBuf, mappings: &[Mapping]) -> Result<Record> {
     Ok(record)
 }
 
+/// The entries of the catalogue that `--effects` names.
+fn entries(text: &str) -> Result<Vec<&'static Entry>> {
+    match text {
+        "all" => return Ok(CATALOGUE.to_vec()),
+        "none" => return Ok(Vec::new()),
+        _ => {}
+    }
+    let find = |name: &str| {
+        entry(name.trim()).ok_or_else(|| {
+            let names: Vec<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
+            Error::input(
+                format!("--effects {text}"),
+                format!("there is no effect {:?}", name.trim()),
+                format!("give all, none, or some of {}", names.join(",")),
+            )
+        })
+    };
+    text.split(',').map(find).collect()
+}
+
 fn print(identified: &Identified, document: &Document) {
-    let structure = &identified.problem.structure;
+    let structure = &identified.after.problem.structure;
     let count = |records: &[servobee::evaluate::problem::Series]| {
-        records
-            .iter()
-            .flat_map(|r| &r.samples)
-            .filter(|s| s.weight > 0.0)
-            .count()
+        let rows = records.iter().flat_map(|r| &r.samples);
+        rows.filter(|s| s.weight > 0.0).count()
     };
     println!(
-        "Fitted {} rows of {} record(s), held out {} rows; full scale {} {}.",
+        "Fitted {} rows of {} record(s), held out {} rows; full scale {} {}.\n",
         count(&identified.measurements.fit),
         identified.measurements.fit.len(),
         count(&identified.measurements.hold_out),
         number(structure.full_scale),
         structure.command_unit,
     );
+    print_effects(identified, document);
+    print_errors(identified);
+    print_parameters(document);
+    print_rest(identified, document);
+    for warning in &document.warnings {
+        eprintln!("servobee: warning: {warning}");
+    }
+}
+
+/// The answer, and the chain of effects that it stands on.
+fn print_effects(identified: &Identified, document: &Document) {
+    let added = &identified.added;
+    match identified.verdict {
+        Verdict::None => {
+            println!("Verdict: none. The base model lacks nothing that this data shows.")
+        }
+        Verdict::Found => {
+            let names: Vec<String> = added.iter().map(|one| one.effect.to_string()).collect();
+            println!(
+                "Verdict: found. The base model lacks {}.",
+                names.join(" and ")
+            );
+        }
+        Verdict::Unexplained => println!(
+            "Verdict: unexplained. The base model lacks something that is in no entry of the catalogue."
+        ),
+    }
+    let error = |side: &ImprovementReport| {
+        let ImprovementReport { percent, low, high } = side;
+        format!("{percent:.1} % ({low:.1} .. {high:.1})")
+    };
+    if let Some(improvement) = &document.error.improvement.hold_out {
+        println!(
+            "Held-out error lower by {}; {:.0} % of what was above the noise is explained.",
+            error(improvement),
+            100.0 * identified.explained
+        );
+    }
+    println!();
+    if !added.is_empty() {
+        let rows = added.iter().map(|one| {
+            let tied: Vec<String> = one.tied_with.iter().map(ToString::to_string).collect();
+            vec![
+                one.effect.to_string(),
+                one.effect.entry.port.to_string(),
+                format!("{:.3}", one.error_before),
+                format!("{:.3}", one.error_after),
+                if tied.is_empty() {
+                    "-".into()
+                } else {
+                    tied.join(", ")
+                },
+            ]
+        });
+        let head = [
+            "effect",
+            "port",
+            "error before",
+            "after",
+            "cannot be told from",
+        ];
+        println!("{}", table(&head, rows.collect::<Vec<_>>()));
+        println!("(held-out RMS over all channels, in units of the noise floor)\n");
+        for one in added {
+            println!(
+                "{}: {}. It shows as {}.",
+                one.effect, one.effect.entry.summary, one.effect.entry.shows
+            );
+        }
+        println!();
+    }
+}
+
+fn print_errors(identified: &Identified) {
+    let structure = &identified.after.problem.structure;
+    let (before, after) = (&identified.before.errors, &identified.after.errors);
     let mut rows = Vec::new();
     for &output in &structure.observed {
         let channel = output.name();
-        let Some(held) = identified.errors.hold_out.get(channel) else {
+        let Some(held) = after.hold_out.get(channel) else {
             continue;
         };
-        let fit = &identified.errors.fit[channel];
+        let percent = |fit: Option<f64>| fit.map_or("-".into(), |fit| format!("{fit:.2}"));
         rows.push(vec![
             format!("{channel} [{}]", structure.unit(output)),
-            number(fit.rmse),
+            number(before.fit[channel].rmse),
+            number(after.fit[channel].rmse),
+            number(before.hold_out[channel].rmse),
             number(held.rmse),
-            held.fit_percent
-                .map_or("-".into(), |fit| format!("{fit:.2}")),
+            percent(held.fit_percent),
             number(identified.noise[channel].value),
             identified.noise[channel].method.into(),
         ]);
     }
     let head = [
         "channel",
-        "RMS fitted",
-        "RMS held out",
-        "fit % held out",
+        "fitted: before",
+        "after",
+        "held out: before",
+        "after",
+        "fit %",
         "noise floor",
         "from",
     ];
-    println!("\n{}\n", table(&head, rows));
-    let rows: Vec<Vec<String>> = document
-        .parameters
-        .iter()
-        .map(|parameter| {
-            let interval = format!("{} .. {}", number(parameter.low), number(parameter.high));
-            vec![
-                parameter.name.clone(),
-                parameter.unit.clone(),
-                number(parameter.value),
-                if parameter.fixed {
-                    "fixed".into()
-                } else {
-                    interval
-                },
-                if parameter.at_bound {
-                    "at its bound".into()
-                } else {
-                    String::new()
-                },
-            ]
-        })
-        .collect();
-    println!(
-        "{}",
-        table(&["parameter", "unit", "value", "95 % interval", ""], rows)
-    );
+    println!("{}\n", table(&head, rows));
+}
+
+fn print_parameters(document: &Document) {
+    let row = |parameter: &ParameterReport| {
+        let interval = format!("{} .. {}", number(parameter.low), number(parameter.high));
+        let mut notes = Vec::new();
+        if parameter.at_bound {
+            notes.push("at its bound");
+        }
+        if parameter.moved {
+            notes.push("moved");
+        }
+        vec![
+            parameter.name.clone(),
+            parameter.unit.clone(),
+            parameter.before.map_or("-".into(), number),
+            number(parameter.value),
+            if parameter.fixed {
+                "fixed".into()
+            } else {
+                interval
+            },
+            notes.join(", "),
+        ]
+    };
+    let rows: Vec<Vec<String>> = document.parameters.iter().map(row).collect();
+    let head = ["parameter", "unit", "before", "after", "95 % interval", ""];
+    println!("{}", table(&head, rows));
     for line in &document.not_identifiable {
         println!("Not identifiable: {line}");
     }
     println!();
+}
+
+fn print_rest(identified: &Identified, document: &Document) {
+    let first: Vec<&ConsideredEffect> = document
+        .considered
+        .iter()
+        .filter(|one| one.error_after.is_some())
+        .collect();
+    if !first.is_empty() {
+        let rows = first.iter().map(|one| {
+            vec![
+                one.round.to_string(),
+                one.name.clone(),
+                format!("{:.1} %", one.promise_percent),
+                format!("{:.3}", one.p_value),
+                one.error_after
+                    .map_or("-".into(), |error| format!("{error:.3}")),
+                one.decision.into(),
+            ]
+        });
+        let head = [
+            "round",
+            "effect",
+            "promise",
+            "p",
+            "held-out error",
+            "decision",
+        ];
+        println!("{}", table(&head, rows.collect::<Vec<_>>()));
+        let others = document.considered.len() - first.len();
+        println!("({others} more were screened and not refitted; report.json has them all)\n");
+    }
     let known = &document.remaining.correlates_with;
     match (document.remaining.structured, known.is_empty()) {
         (true, false) => println!(
-            "The residual is more than noise: it depends on {}. The base model lacks something.",
+            "What is left in the residual is more than noise: {}.",
             known.join(", ")
         ),
         (true, true) => println!(
-            "The residual is far above the noise floor, but follows neither the command, its powers, rate and direction \
-             nor time: the base model lacks something."
+            "What is left is far above the noise floor, but follows nothing that this record shows."
         ),
         (false, _) => {
-            println!("The residual depends on nothing that this record shows: nothing is missing.")
+            println!("What is left in the residual depends on nothing that this record shows.")
         }
     }
     for (channel, change) in &identified.integration_error {
@@ -240,19 +370,18 @@ fn print(identified: &Identified, document: &Document) {
             number(*change)
         );
     }
-    for warning in &document.warnings {
-        eprintln!("servobee: warning: {warning}");
-    }
 }
 
 fn model_toml(identified: &Identified) -> String {
-    let problem = &identified.problem;
-    ModelFile::to_toml(&problem.structure, &problem.parameters, &identified.values)
+    let after = &identified.after;
+    let problem = &after.problem;
+    ModelFile::to_toml(&problem.structure, &problem.parameters, &after.values)
 }
 
 /// Every row of every record: measured, simulated before, simulated after.
 fn residual_csv(identified: &Identified) -> String {
-    let structure = &identified.problem.structure;
+    let (before, after) = (&identified.before, &identified.after);
+    let structure = &after.problem.structure;
     let mut text = String::from("record,part,time [s]");
     for output in &structure.observed {
         let (name, unit) = (output.name(), structure.unit(*output));
@@ -266,19 +395,23 @@ fn residual_csv(identified: &Identified) -> String {
         ("hold_out", &identified.measurements.hold_out),
     ];
     for (part, records) in parts {
-        for compared in Compared::all(structure, &identified.values, records) {
-            let rows = compared
-                .series
-                .time
-                .iter()
-                .zip(&compared.series.samples)
-                .zip(&compared.simulated);
-            for ((time, sample), simulated) in rows.filter(|((_, sample), _)| sample.weight > 0.0) {
-                text += &format!("{},{part},{time}", compared.series.name);
+        let old = Compared::all(&before.problem.structure, &before.values, records);
+        let new = Compared::all(structure, &after.values, records);
+        for (old, new) in old.iter().zip(&new) {
+            let series = new.series;
+            for (row, sample) in series.samples.iter().enumerate() {
+                if sample.weight == 0.0 {
+                    continue;
+                }
+                text += &format!("{},{part},{}", series.name, series.time[row]);
                 for &output in &structure.observed {
-                    let output: Output = output;
-                    let value = simulated[output as usize];
-                    text += &format!(",{},{value},{value}", sample.target[output as usize]);
+                    let i = output as usize;
+                    let (measured, old, new) = (
+                        sample.target[i],
+                        old.simulated[row][i],
+                        new.simulated[row][i],
+                    );
+                    text += &format!(",{measured},{old},{new}");
                 }
                 text.push('\n');
             }

@@ -63,3 +63,12 @@ pub(super) fn progress(what: &str, generations: usize) -> (ProgressBar, impl FnM
     let tick = bar.clone();
     (bar, move |generation| tick.set_position(generation as u64))
 }
+
+/// A line that says what is being done, on a terminal; nothing in a pipe.
+pub(super) fn spinner() -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{spinner} {elapsed} {msg}").expect("a valid template");
+    let bar = ProgressBar::new_spinner().with_style(style);
+    bar.enable_steady_tick(std::time::Duration::from_millis(100));
+    bar
+}

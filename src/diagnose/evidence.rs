@@ -1,5 +1,6 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
+use super::line::strongest_line;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, reference};
@@ -68,11 +69,6 @@ impl Model {
     pub(super) fn structure(&self) -> &Structure {
         &self.problem.structure
     }
-
-    /// Values of all parameters.
-    pub(super) fn values(&self) -> Vec<f64> {
-        self.problem.parameters.iter().map(|p| p.start).collect()
-    }
 }
 
 /// Fitted or held out.
@@ -109,6 +105,15 @@ impl Evidence {
             count += record.samples.iter().filter(|s| s.weight > 0.0).count();
         }
         starts
+    }
+
+    /// Looks for lines in the residual of `model`, where a periodic disturbance could lie.
+    pub(super) fn find_lines(&mut self, model: &Model) {
+        let rows = self.starts(Side::Fit).get(1).copied();
+        for (output, residual) in model.structure().observed.iter().zip(&model.fit) {
+            let first = &residual[..rows.unwrap_or(residual.len())];
+            self.sizes.lines[*output as usize] = strongest_line(first, self.sizes.interval);
+        }
     }
 
     /// `structure` on the fitted rows, its parameters starting where `start` has values for them.
@@ -158,7 +163,8 @@ impl Evidence {
             bees.tell(&costs);
         }
         let mut found = problem.clone();
-        let better = reference::cost(problem, bees.best().0) < reference::cost(problem, &problem.start());
+        let better =
+            reference::cost(problem, bees.best().0) < reference::cost(problem, &problem.start());
         if better {
             set_start(&mut found, bees.best().0);
         }

@@ -1,14 +1,20 @@
 //! From records to a diagnosed model: fit, score on the hold-out, look at what is left.
 
+use super::attribution::Search;
+use super::evidence::{Evidence, Model, Side, set_start};
 use super::score::{Compared, errors};
-use super::{Noise, Remaining, Residuals, noise_floor, remaining};
+use super::verdict::Grounds;
+use super::{Added, Considered, Improvement, Noise, Remaining, Residuals, Verdict};
+use super::{improvement, noise_floor, remaining};
 use crate::Result;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem, Score, reference};
+use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Parameter, Structure};
 use crate::record::{HOLD_OUT, Record};
-use crate::search::{Fit, Plan, fit};
+use crate::search::{Fit, Plan, fit, refine};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Records cut into what is fitted and what is held out.
 #[derive(Debug, Clone)]
@@ -59,11 +65,18 @@ impl Measurements {
     }
 }
 
-/// A residual this many times the noise floor is not noise, whatever it does or does not correlate with.
-const ABOVE_NOISE: f64 = 2.0;
+/// A residual this many times the noise floor is not noise, whatever it does or does not correlate with: where the noise was
+/// seen by itself, and where it was taken from the residual's own differences.
+const ABOVE_NOISE: (f64, f64) = (1.3, 2.0);
 
 /// A fit (%) beyond which the residual is that of the integrator, not of the model.
 const EXACT: f64 = 99.99;
+
+/// No channel's noise is taken to be smaller than this fraction of its range: the integrator's error is not far below.
+const SMALLEST_NOISE: f64 = 1e-4;
+
+/// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster.
+const HEADROOM: f64 = 3.0;
 
 /// Errors on fitted and on held-out data, by channel.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
@@ -74,38 +87,71 @@ pub struct Sides {
     pub hold_out: BTreeMap<String, Score>,
 }
 
-/// A model with what the data say of it.
+/// What a diagnosis may add to the base model.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The effects; those that do not act on the structure are passed over.
+    pub effects: Vec<Effect>,
+    /// At most so many are added.
+    pub max_effects: usize,
+}
+
+/// A fitted model with its errors.
 #[derive(Debug, Clone)]
-pub struct Identified {
+pub struct Fitted {
     /// The structure, its parameters and the fitted data.
     pub problem: Problem,
     /// The fit.
     pub fit: Fit,
     /// Values of all parameters.
     pub values: Vec<f64>,
-    /// The records.
-    pub measurements: Measurements,
     /// Its errors.
     pub errors: Sides,
-    /// Each observed channel's noise.
-    pub noise: BTreeMap<String, Noise>,
     /// What each observed channel's residual on the fitted data still depends on.
     pub remaining: BTreeMap<String, Remaining>,
-    /// Largest change of each channel when the integration steps are halved, in its unit.
-    pub integration_error: BTreeMap<String, f64>,
 }
 
-/// Fits `structure` to the measurements, and looks at the residual.
+/// A model with what the data say of it.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// What the diagnosis comes to.
+    pub verdict: Verdict,
+    /// The base model.
+    pub before: Fitted,
+    /// The base model with what was added; the base model itself where nothing was.
+    pub after: Fitted,
+    /// The effects of the result, in the order in which they were added.
+    pub added: Vec<Added>,
+    /// Every effect that was looked at, round by round.
+    pub considered: Vec<Considered>,
+    /// By how much the error fell, on fitted and on held-out rows, all channels in units of their noise.
+    pub improvement: [Option<Improvement>; 2],
+    /// Share of the held-out error above the noise, squared, that the effects that were found explain.
+    pub explained: f64,
+    /// The records.
+    pub measurements: Measurements,
+    /// Each observed channel's noise.
+    pub noise: BTreeMap<String, Noise>,
+    /// Largest change of each channel when the integration steps are halved, in its unit.
+    pub integration_error: BTreeMap<String, f64>,
+    /// Candidates evaluated.
+    pub evaluations: usize,
+}
+
+/// Fits `structure` to the measurements, finds out which effects it lacks, and looks at the residual.
 ///
 /// # Errors
 /// If the search fails: see [`fit`].
+#[allow(clippy::too_many_arguments, reason = "each is a part of the question")]
 pub fn identify(
     structure: Structure,
     parameters: Vec<Parameter>,
+    sizes: Scale,
     measurements: Measurements,
     evaluator: &mut dyn Evaluator,
     plan: &Plan,
-    progress: &mut dyn FnMut(usize),
+    options: &Options,
+    progress: &mut dyn FnMut(&str),
 ) -> Result<Identified> {
     let mut problem = Problem::new(
         structure,
@@ -113,80 +159,288 @@ pub fn identify(
         Data::Series(measurements.fit.clone()),
     );
     problem.scale = Output::ALL.map(|output| 1.0 / variance(&measurements.fit, output));
-    let fit = fit(&problem, evaluator, plan, progress)?;
-    let values = problem.complete(fit.values(), |fixed| fixed);
-    let structure = &problem.structure;
-    let fitted = Compared::all(structure, &values, &measurements.fit);
-    let held = Compared::all(structure, &values, &measurements.hold_out);
-    let errors = Sides {
-        fit: errors(structure, &fitted),
-        hold_out: errors(structure, &held),
+    let found = fit(&problem, evaluator, plan, &mut |generation| {
+        progress(&format!("base model: generation {generation}"));
+    })?;
+    let mut evaluations = found.evaluations;
+    let first = Fitted::new(problem.clone(), found, &measurements, None, plan.seed);
+    let noise = first.noise(&measurements);
+    for output in Output::ALL {
+        let range = variance(&measurements.fit, output).sqrt();
+        problem.scale[output as usize] = match noise.get(output.name()) {
+            Some(noise) => noise.value.max(SMALLEST_NOISE * range).powi(-2),
+            None => 0.0,
+        };
+    }
+    // Each channel now counts by its noise.
+    progress("base model: polishing");
+    let polished = refine(&problem, first.fit.values(), plan)?;
+    evaluations += polished.evaluations;
+    let before = Fitted::new(problem, polished, &measurements, Some(&noise), plan.seed);
+
+    let mut evidence = Evidence::new(&before, &measurements, sizes, plan.seed);
+    let base = evidence.start_from(&before);
+    let mut attribution = None;
+    if options.max_effects > 0
+        && !before.exact()
+        && let Some(base) = &base
+    {
+        evidence.find_lines(base);
+        let allowed = |effect: &Effect| options.effects.contains(effect);
+        let search = Search::new(
+            &evidence,
+            base,
+            evaluator,
+            &allowed,
+            options.max_effects,
+            progress,
+        );
+        attribution = Some(search.run(base)?);
+    }
+    let mut after = before.clone();
+    let mut added = Vec::new();
+    let mut considered = Vec::new();
+    let mut grounds = Grounds {
+        before: 1.0,
+        after: 1.0,
+        added: false,
+        structured_before: before.structured(),
+        structured_after: before.structured(),
     };
-    let known = Known::new(&fitted);
-    let mut noise = BTreeMap::new();
-    let mut left = BTreeMap::new();
-    let mut integration_error = BTreeMap::new();
-    let finer = problem.refined(2);
-    let Data::Series(finer) = &*finer.data else {
-        unreachable!("records were given")
-    };
-    let finer = reference::trajectories(structure, &values, finer);
-    let mut residuals = Vec::new();
-    for &output in &structure.observed {
-        let rows: Vec<(f64, f64, f64)> = fitted
-            .iter()
-            .flat_map(|compared| compared.rows(output))
-            .collect();
-        let measured: Vec<f64> = rows.iter().map(|row| row.1).collect();
-        let residual: Vec<f64> = rows.iter().map(|row| row.1 - row.2).collect();
-        let name = output.name().to_owned();
-        let floor = noise_floor(&known.starts, &known.command, &measured, &residual);
-        noise.insert(name.clone(), floor);
-        let exact = errors.fit[&name]
-            .fit_percent
-            .is_some_and(|percent| percent > EXACT);
-        if exact {
-            left.insert(name.clone(), Remaining::nothing());
-        } else {
-            residuals.push((name.clone(), residual));
+    if let (Some(base), Some(found)) = (&base, attribution) {
+        evaluations += found.evaluations;
+        considered = found.considered;
+        grounds.before = base.loss(Side::HoldOut);
+        grounds.after = found.model.loss(Side::HoldOut);
+        if !found.added.is_empty() {
+            progress("polishing the result");
+            let problem = Problem {
+                data: before.problem.data.clone(),
+                ..found.model.problem.clone()
+            };
+            let polished = refine(&problem, &problem.start(), plan)?;
+            evaluations += polished.evaluations;
+            let candidate = Fitted::new(problem, polished, &measurements, Some(&noise), plan.seed);
+            grounds.added = true;
+            grounds.structured_after = candidate.structured();
+            if grounds.verdict() == Verdict::Found {
+                after = candidate;
+                added = found.added;
+            } else {
+                for one in &mut considered {
+                    if found.added.iter().any(|added| added.effect == one.effect) {
+                        one.decision = "helps, but leaves too much: no name for what is missing";
+                    }
+                }
+            }
         }
-        let pairs = fitted
-            .iter()
-            .flat_map(|compared| &compared.simulated)
-            .zip(finer.iter().flatten());
-        let change = pairs
-            .map(|(a, b)| (a[output as usize] - b[output as usize]).abs())
-            .fold(0.0, f64::max);
-        integration_error.insert(name, change);
     }
-    let channels: Vec<&[f64]> = residuals
-        .iter()
-        .map(|(_, residual)| &residual[..])
-        .collect();
-    let rest = remaining(
-        &Residuals {
-            channels: &channels,
-            starts: &known.starts,
-            time: &known.time,
-            command: &known.command,
-            known: &[("simulated spool", &known.spool)],
-        },
-        plan.seed,
-    );
-    for ((name, _), mut rest) in residuals.into_iter().zip(rest) {
-        rest.structured |= errors.fit[&name].rmse > ABOVE_NOISE * noise[&name].value;
-        left.insert(name, rest);
-    }
-    drop((fitted, held));
+    let integration_error = after.integration_error();
     Ok(Identified {
-        errors,
-        noise,
-        remaining: left,
-        integration_error,
-        values,
-        fit,
+        verdict: grounds.verdict(),
+        explained: grounds.explained(),
+        improvement: improvements(&before, &after, &measurements, &noise, plan.seed),
+        before,
+        after,
+        added,
+        considered,
         measurements,
-        problem,
+        noise,
+        integration_error,
+        evaluations,
+    })
+}
+
+impl Fitted {
+    fn new(
+        problem: Problem,
+        fit: Fit,
+        measurements: &Measurements,
+        noise: Option<&BTreeMap<String, Noise>>,
+        seed: u64,
+    ) -> Self {
+        let values = problem.complete(fit.values(), |fixed| fixed);
+        let structure = &problem.structure;
+        let fitted = Compared::all(structure, &values, &measurements.fit);
+        let held = Compared::all(structure, &values, &measurements.hold_out);
+        let errors = Sides {
+            fit: errors(structure, &fitted),
+            hold_out: errors(structure, &held),
+        };
+        let mut result = Self {
+            fit,
+            values,
+            errors,
+            remaining: BTreeMap::new(),
+            problem: problem.clone(),
+        };
+        if let Some(noise) = noise {
+            result.look_at_residual(&fitted, noise, seed);
+        }
+        result
+    }
+
+    /// Tests what is left in the residual of the fitted rows.
+    fn look_at_residual(
+        &mut self,
+        fitted: &[Compared],
+        noise: &BTreeMap<String, Noise>,
+        seed: u64,
+    ) {
+        let known = Known::new(fitted);
+        let mut names = Vec::new();
+        let mut residuals = Vec::new();
+        for &output in &self.problem.structure.observed {
+            let name = output.name().to_owned();
+            let exact = |percent: f64| percent > EXACT;
+            if self.errors.fit[&name].fit_percent.is_some_and(exact) {
+                self.remaining.insert(name, Remaining::nothing());
+                continue;
+            }
+            let rows = fitted.iter().flat_map(|compared| compared.rows(output));
+            residuals.push(rows.map(|row| row.1 - row.2).collect::<Vec<f64>>());
+            names.push(name);
+        }
+        let channels: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+        let signals: Vec<(&str, &[f64])> = known
+            .signals
+            .iter()
+            .map(|(name, values)| (*name, values.as_slice()))
+            .collect();
+        let rest = remaining(
+            &Residuals {
+                channels: &channels,
+                starts: &known.starts,
+                time: &known.time,
+                command: &known.command,
+                known: &signals,
+            },
+            seed,
+        );
+        for (name, mut rest) in names.into_iter().zip(rest) {
+            let noise = &noise[&name];
+            let most = match noise.method {
+                super::noise::DIFFERENCES => ABOVE_NOISE.1,
+                _ => ABOVE_NOISE.0,
+            };
+            rest.structured |= self.errors.fit[&name].rmse > most * noise.value;
+            self.remaining.insert(name, rest);
+        }
+    }
+
+    /// Each observed channel's noise floor.
+    fn noise(&self, measurements: &Measurements) -> BTreeMap<String, Noise> {
+        let structure = &self.problem.structure;
+        let fitted = Compared::all(structure, &self.values, &measurements.fit);
+        let known = Known::new(&fitted);
+        let one = |&output: &Output| {
+            let rows = fitted.iter().flat_map(|compared| compared.rows(output));
+            let (measured, residual): (Vec<f64>, Vec<f64>) =
+                rows.map(|row| (row.1, row.1 - row.2)).unzip();
+            let floor = noise_floor(&known.starts, &known.command, &measured, &residual);
+            (output.name().to_owned(), floor)
+        };
+        structure.observed.iter().map(one).collect()
+    }
+
+    /// Whether any channel's residual has structure.
+    pub fn structured(&self) -> bool {
+        self.remaining.values().any(|left| left.structured)
+    }
+
+    /// Whether the model follows the data to within the integrator's error.
+    fn exact(&self) -> bool {
+        let exact = |score: &Score| score.fit_percent.is_some_and(|percent| percent > EXACT);
+        self.errors.fit.values().all(exact)
+    }
+
+    /// Largest change of each observed channel when the integration steps are halved.
+    fn integration_error(&self) -> BTreeMap<String, f64> {
+        let structure = &self.problem.structure;
+        let records = |problem: &Problem| match &*problem.data {
+            Data::Series(records) => reference::trajectories(structure, &self.values, records),
+            Data::Tones(_) => unreachable!("records were given"),
+        };
+        let (coarse, fine) = (records(&self.problem), records(&self.problem.refined(2)));
+        let change = |&output: &Output| {
+            let pairs = coarse.iter().flatten().zip(fine.iter().flatten());
+            let change = pairs.map(|(a, b)| (a[output as usize] - b[output as usize]).abs());
+            (output.name().to_owned(), change.fold(0.0, f64::max))
+        };
+        structure.observed.iter().map(change).collect()
+    }
+}
+
+impl Evidence {
+    /// The measurements in units of the noise by which `before` was fitted, in steps that suit its rates.
+    fn new(before: &Fitted, measurements: &Measurements, sizes: Scale, seed: u64) -> Self {
+        let mut near = before.problem.parameters.clone();
+        for (parameter, &value) in near.iter_mut().zip(&before.values) {
+            parameter.low = parameter.low.max(value / HEADROOM);
+            parameter.high = parameter.high.min(value * HEADROOM);
+        }
+        let rate = before.problem.structure.fastest_rate(&near);
+        let steps = |records: &[Series]| {
+            let mut records = records.to_vec();
+            records
+                .iter_mut()
+                .for_each(|record| record.set_steps(rate, 1));
+            Arc::new(Data::Series(records))
+        };
+        Self {
+            fit: steps(&measurements.fit),
+            hold_out: steps(&measurements.hold_out),
+            scale: before.problem.scale,
+            sizes,
+            base: before.problem.parameters.clone(),
+            seed,
+        }
+    }
+
+    /// The base model on this evidence; `None` where it diverges or nothing was held out.
+    fn start_from(&self, before: &Fitted) -> Option<Model> {
+        let held_out = |record: &Series| record.samples.iter().any(|s| s.weight > 0.0);
+        if !self.records(Side::HoldOut).iter().any(held_out) {
+            return None;
+        }
+        let mut problem = Problem {
+            data: self.fit.clone(),
+            ..before.problem.clone()
+        };
+        set_start(&mut problem, before.fit.values());
+        self.polished(problem)
+    }
+}
+
+/// How much the held-out (second) and the fitted error (first) fell from one model to another.
+fn improvements(
+    before: &Fitted,
+    after: &Fitted,
+    measurements: &Measurements,
+    noise: &BTreeMap<String, Noise>,
+    seed: u64,
+) -> [Option<Improvement>; 2] {
+    let structure = &before.problem.structure;
+    [&measurements.fit, &measurements.hold_out].map(|records| {
+        let residuals = |fitted: &Fitted| -> Vec<Vec<f64>> {
+            let compared = Compared::all(&fitted.problem.structure, &fitted.values, records);
+            let channel = |&output: &Output| {
+                let rows = compared.iter().flat_map(|compared| compared.rows(output));
+                rows.map(|row| row.1 - row.2).collect()
+            };
+            structure.observed.iter().map(channel).collect()
+        };
+        let weights: Vec<f64> = structure
+            .observed
+            .iter()
+            .map(|output| noise[output.name()].value.powi(-2))
+            .collect();
+        let compared = Compared::all(structure, &before.values, records);
+        let starts = Known::new(&compared).starts;
+        let (old, new) = (residuals(before), residuals(after));
+        let enough = old.first().is_some_and(|rows| rows.len() > 10);
+        (enough && weights.iter().all(|w| w.is_finite()))
+            .then(|| improvement(&old, &new, &weights, &starts, seed))
     })
 }
 
@@ -195,32 +449,47 @@ struct Known {
     starts: Vec<usize>,
     time: Vec<f64>,
     command: Vec<f64>,
-    spool: Vec<f64>,
+    signals: Vec<(&'static str, Vec<f64>)>,
 }
 
 impl Known {
     fn new(fitted: &[Compared]) -> Self {
-        let mut known = Self {
-            starts: Vec::new(),
-            time: Vec::new(),
-            command: Vec::new(),
-            spool: Vec::new(),
-        };
+        let mut starts = Vec::new();
+        let mut rows: Vec<(f64, [f64; 7], [f64; 3])> = Vec::new();
         for compared in fitted {
-            known.starts.push(known.time.len());
+            starts.push(rows.len());
             let series = compared.series;
-            let rows = series
+            let all = series
                 .time
                 .iter()
                 .zip(&series.samples)
                 .zip(&compared.simulated);
-            for ((time, sample), simulated) in rows.filter(|((_, sample), _)| sample.weight > 0.0) {
-                known.time.push(*time);
-                known.command.push(sample.input[0]);
-                known.spool.push(simulated[Output::Spool as usize]);
-            }
+            let counted = all.filter(|((_, sample), _)| sample.weight > 0.0);
+            rows.extend(counted.map(|((time, sample), outputs)| (*time, sample.input, *outputs)));
         }
-        known
+        type Row = (f64, [f64; 7], [f64; 3]);
+        let signal = |f: fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
+        let signals = vec![
+            ("simulated spool", signal(|row| row.2[0])),
+            ("flow^2", signal(|row| row.2[1] * row.2[1].abs())),
+            ("supply pressure", signal(|row| row.1[1])),
+            ("load pressure", signal(|row| row.1[3] - row.1[4])),
+            (
+                "spool times pressure drop",
+                signal(|row| row.2[0] * (row.1[1] - row.1[2])),
+            ),
+            ("temperature", signal(|row| row.1[5])),
+        ];
+        Self {
+            starts,
+            time: signal(|row| row.0),
+            command: signal(|row| row.1[0]),
+            // A signal that was not measured is zero throughout.
+            signals: signals
+                .into_iter()
+                .filter(|(_, values)| values.iter().any(|value| *value != 0.0))
+                .collect(),
+        }
     }
 }
 

@@ -105,14 +105,23 @@ mod tests {
 
     #[test]
     fn a_basis_spans_its_columns_and_no_more() {
-        let columns = [vec![3.0, 0.0, 4.0], vec![6.0, 0.0, 8.0], vec![1.0, 1.0, 0.0]];
+        let columns = [
+            vec![3.0, 0.0, 4.0],
+            vec![6.0, 0.0, 8.0],
+            vec![1.0, 1.0, 0.0],
+        ];
         let basis = Basis::spanning(columns);
         assert_eq!(basis.0.len(), 2);
         let mut normal = vec![4.0, -4.0, -3.0];
         assert!(basis.explained(&normal) < 1e-24);
         let before = normal.clone();
         basis.remove_from(&mut normal);
-        assert!(normal.iter().zip(before).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert!(
+            normal
+                .iter()
+                .zip(before)
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        );
         assert!((basis.explained(&[3.0, 0.0, 4.0]) - 25.0).abs() < 1e-12);
     }
 }

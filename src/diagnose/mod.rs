@@ -1,19 +1,27 @@
 //! What the fit left over: how much of it is noise, and whether the rest has structure.
 
+mod attribution;
 mod bootstrap;
 mod compare;
+mod evidence;
 mod identify;
+mod line;
+mod linear;
 mod noise;
 mod residual;
 mod score;
+mod screen;
 #[cfg(test)]
 mod simulated;
+mod verdict;
 
+pub use attribution::{Added, Considered};
 pub use bootstrap::{
     Improvement, Interval, block_length, improvement, resample_indices, surrogate,
 };
 pub use compare::{Comparison, indistinguishable};
-pub use identify::{Identified, Measurements, Sides, identify};
+pub use identify::{Fitted, Identified, Measurements, Options, Sides, identify};
 pub use noise::{Noise, noise_floor};
 pub use residual::{Remaining, Residuals, coloured, remaining};
 pub use score::{Compared, errors};
+pub use verdict::Verdict;

@@ -29,6 +29,9 @@ const VOTES: usize = 9;
 /// Largest correlation of neighbouring rows that differences can tell from a drift.
 const MAX_CORRELATION: f64 = 0.97;
 
+/// The method that takes the noise from the differences of the residual.
+pub(super) const DIFFERENCES: &str = "high-pass residual";
+
 /// A noise floor and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noise {
@@ -52,13 +55,13 @@ pub fn noise_floor(starts: &[usize], command: &[f64], measured: &[f64], residual
             rests(starts, command, measured, residual),
             "quiet stretches",
         ),
-        (Some(differences(starts, residual)), "high-pass residual"),
+        (Some(differences(starts, residual)), DIFFERENCES),
     ];
     // A rest in which a coarse sensor shows one value says nothing.
     let found = estimates
         .into_iter()
         .find_map(|(variance, method)| variance.filter(|&v| v > 0.0).map(|v| (v, method)));
-    let (variance, method) = found.unwrap_or((0.0, "high-pass residual"));
+    let (variance, method) = found.unwrap_or((0.0, DIFFERENCES));
     Noise {
         value: variance.sqrt(),
         method,

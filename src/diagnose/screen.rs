@@ -52,7 +52,11 @@ struct Tried {
 
 impl Screening {
     /// Tries every effect in `allowed` that `model` does not have; `None` where the model itself diverges.
-    pub(super) fn new(evidence: &Evidence, model: &Model, allowed: &dyn Fn(&Effect) -> bool) -> Option<Self> {
+    pub(super) fn new(
+        evidence: &Evidence,
+        model: &Model,
+        allowed: &dyn Fn(&Effect) -> bool,
+    ) -> Option<Self> {
         let here = Linear::new(&model.problem)?;
         let base = Basis::spanning(here.columns);
         let mut residual = here.residual.clone();
@@ -67,7 +71,9 @@ impl Screening {
             .collect();
         let tried: Vec<Tried> = trials
             .into_par_iter()
-            .filter_map(|(effect, trial)| tried(evidence, model, &here.residual, &base, effect, trial))
+            .filter_map(|(effect, trial)| {
+                tried(evidence, model, &here.residual, &base, effect, trial)
+            })
             .collect();
         let cost = dot(&here.residual, &here.residual);
         let p_values = p_values(evidence, &residual, &tried);
@@ -177,7 +183,10 @@ fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried]) -> Vec<f64> 
         .map(|one| one.directions.0.iter().map(in_block).collect())
         .collect();
     let explained = |signs: &[f64], products: &Vec<Vec<f64>>| -> f64 {
-        products.iter().map(|column| dot(column, signs).powi(2)).sum()
+        products
+            .iter()
+            .map(|column| dot(column, signs).powi(2))
+            .sum()
     };
     let measured: Vec<f64> = products
         .iter()
@@ -200,10 +209,18 @@ fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried]) -> Vec<f64> 
         .collect();
     let largest: Vec<f64> = null
         .iter()
-        .map(|row| row.iter().zip(&chance).map(|(v, c)| v / c).fold(0.0, f64::max))
+        .map(|row| {
+            row.iter()
+                .zip(&chance)
+                .map(|(v, c)| v / c)
+                .fold(0.0, f64::max)
+        })
         .collect();
     let p_value = |(value, chance): (&f64, &f64)| {
-        let as_large = largest.iter().filter(|most| **most >= value / chance).count();
+        let as_large = largest
+            .iter()
+            .filter(|most| **most >= value / chance)
+            .count();
         (as_large + 1) as f64 / (SURROGATES + 1) as f64
     };
     measured.iter().zip(&chance).map(p_value).collect()
@@ -212,7 +229,11 @@ fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried]) -> Vec<f64> 
 /// Ends of blocks that no record's end lies inside.
 fn edges(len: usize, starts: &[usize], channels: usize, block: usize) -> Vec<usize> {
     let mut edges = Vec::new();
-    let ends = starts.iter().skip(1).map(|start| start * channels).chain([len]);
+    let ends = starts
+        .iter()
+        .skip(1)
+        .map(|start| start * channels)
+        .chain([len]);
     for (start, end) in starts.iter().map(|start| start * channels).zip(ends) {
         edges.extend((start..end).step_by(block));
     }

@@ -1,8 +1,9 @@
 //! `report.json`: its fields are a contract with the programs that read it.
 
-use crate::diagnose::{Identified, Sides};
+use crate::diagnose::{Identified, Improvement, Remaining, Sides, Verdict};
 use crate::evaluate::{Chosen, Problem};
 use crate::model::Parameter;
+use crate::model::effects::Effect;
 use crate::search::Fit;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -13,18 +14,6 @@ pub const SCHEMA: &str = "servobee/report/1";
 /// With fewer fitted rows than this for each parameter, a record is short.
 const SHORT: usize = 20;
 
-/// What the diagnosis comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// Effects of the catalogue explain what the base model could not.
-    Found,
-    /// Nothing is missing that this data could show.
-    None,
-    /// Something is missing that is in no entry of the catalogue.
-    Unexplained,
-}
-
 /// An effect that was added to the base model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AddedEffect {
@@ -32,12 +21,54 @@ pub struct AddedEffect {
     pub name: String,
     /// Where it acts.
     pub port: String,
+    /// The channel that it is on, where it is on one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel: Option<String>,
     /// Effects that this data cannot tell from it.
     pub tied_with: Vec<String>,
-    /// Held-out error before it was added.
+    /// Held-out error before it was added: RMS over all channels, each in units of its noise floor.
     pub error_before: f64,
-    /// Held-out error after.
+    /// The same after.
     pub error_after: f64,
+}
+
+/// An effect that was looked at in one round of the search.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ConsideredEffect {
+    /// Its name, with the channel where it is on one.
+    pub name: String,
+    /// The round, from 1.
+    pub round: usize,
+    /// Share of the squared error on fitted rows that it promised to explain, linearised, in percent.
+    pub promise_percent: f64,
+    /// Chance of as good a promise of any effect where none is missing.
+    pub p_value: f64,
+    /// Held-out error with it, as in [`AddedEffect::error_after`]; null where it was not refitted.
+    pub error_after: Option<f64>,
+    /// Why it was or was not chosen.
+    pub decision: &'static str,
+}
+
+/// An improvement with its 95 % interval, in percent of the error before.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ImprovementReport {
+    /// By how much the error fell.
+    pub percent: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl From<&Improvement> for ImprovementReport {
+    fn from(improvement: &Improvement) -> Self {
+        let percent = improvement.percent;
+        Self {
+            percent: percent.value,
+            low: percent.low,
+            high: percent.high,
+        }
+    }
 }
 
 /// Errors of the base model and of the final one.
@@ -45,8 +76,19 @@ pub struct AddedEffect {
 pub struct ErrorPair {
     /// The base model.
     pub before: Sides,
-    /// With the effects that were added.
+    /// With what was added.
     pub after: Sides,
+    /// By how much the error on fitted and on held-out rows fell; null where nothing was added.
+    pub improvement: Improvements,
+}
+
+/// The improvement on each side.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Improvements {
+    /// On the data that was fitted.
+    pub fit: Option<ImprovementReport>,
+    /// On data never fitted.
+    pub hold_out: Option<ImprovementReport>,
 }
 
 /// A parameter of the result.
@@ -68,9 +110,24 @@ pub struct ParameterReport {
     pub before: Option<f64>,
     /// Whether it was fixed; then the interval is the value.
     pub fixed: bool,
+    /// Whether it moved out of its 95 % interval in the base model.
+    pub moved: bool,
 }
 
 impl ParameterReport {
+    /// The parameters of a fit, in the order of the problem's, beside those of the base model.
+    pub fn beside(before: &[Self], problem: &Problem, fit: &Fit) -> Vec<Self> {
+        let mut list = Self::of(problem, fit);
+        for parameter in &mut list {
+            let base = before.iter().find(|base| base.name == parameter.name);
+            parameter.before = base.map(|base| base.value);
+            parameter.moved = base.is_some_and(|base| {
+                !base.fixed && (parameter.value < base.low || parameter.value > base.high)
+            });
+        }
+        list
+    }
+
     /// The parameters of a fit, in the order of the problem's.
     pub fn of(problem: &Problem, fit: &Fit) -> Vec<Self> {
         let mut free = 0;
@@ -107,6 +164,7 @@ impl ParameterReport {
                 at_bound,
                 before: Some(value),
                 fixed: parameter.fixed,
+                moved: false,
             }
         };
         problem.parameters.iter().map(one).collect()
@@ -122,6 +180,22 @@ pub struct RemainingReport {
     pub correlates_with: Vec<String>,
 }
 
+impl RemainingReport {
+    fn of(remaining: &BTreeMap<String, Remaining>) -> Self {
+        let name = |channel: &String, signal: &String| format!("{channel} ~ {signal}");
+        Self {
+            structured: remaining.values().any(|left| left.structured),
+            correlates_with: remaining
+                .iter()
+                .flat_map(|(channel, left)| {
+                    let signals = left.correlates_with.iter();
+                    signals.map(move |(signal, _)| name(channel, signal))
+                })
+                .collect(),
+        }
+    }
+}
+
 /// The whole document.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Document {
@@ -131,6 +205,10 @@ pub struct Document {
     pub verdict: Verdict,
     /// Effects in the order in which they were added.
     pub effects: Vec<AddedEffect>,
+    /// Every effect that was looked at, round by round, with the reason for its choice or rejection.
+    pub considered: Vec<ConsideredEffect>,
+    /// Share of the squared held-out error above the noise that the effects which were found explain.
+    pub explained: f64,
     /// Errors before and after.
     pub error: ErrorPair,
     /// Standard deviation of each channel's noise, in its unit.
@@ -160,7 +238,7 @@ pub struct Document {
 }
 
 impl Document {
-    /// The document of a base model to which nothing was added.
+    /// The document of a diagnosis.
     pub fn of(
         identified: &Identified,
         chosen: &Chosen,
@@ -169,21 +247,27 @@ impl Document {
         mut warnings: Vec<String>,
     ) -> Self {
         let Identified {
-            problem,
-            fit,
-            errors,
+            before,
+            after,
             noise,
-            remaining,
             integration_error,
             ..
         } = identified;
-        let not_identifiable = not_identifiable(fit);
-        let parameters = ParameterReport::of(problem, fit);
-        for parameter in parameters.iter().filter(|parameter| parameter.at_bound) {
-            warnings.push(format!("{} sits on a bound of its range", parameter.name));
+        let base = ParameterReport::of(&before.problem, &before.fit);
+        let parameters = ParameterReport::beside(&base, &after.problem, &after.fit);
+        for parameter in &parameters {
+            if parameter.at_bound {
+                warnings.push(format!("{} sits on a bound of its range", parameter.name));
+            }
+            if parameter.moved {
+                warnings.push(format!(
+                    "{} has left the interval that the base model gave it: the base model was wrong and sure",
+                    parameter.name
+                ));
+            }
         }
-        let rows = problem.rows();
-        let free = fit.free.len();
+        let rows = after.problem.rows();
+        let free = after.fit.free.len();
         if rows < SHORT * free {
             warnings.push(format!(
                 "only {rows} rows for {free} parameters: values and verdict mean little"
@@ -197,29 +281,44 @@ impl Document {
                 ));
             }
         }
-        let correlates: Vec<String> = remaining
-            .iter()
-            .flat_map(|(channel, left)| {
-                left.correlates_with
-                    .iter()
-                    .map(move |(name, _)| format!("{channel} ~ {name}"))
-            })
-            .collect();
-        let structured = remaining.values().any(|left| left.structured);
-        if structured {
+        let remaining = RemainingReport::of(&after.remaining);
+        if remaining.structured {
             warnings.push("the intervals assume that the model is complete, and the residual says that it is not".into());
         }
+        let considered = identified.considered.iter().map(|one| ConsideredEffect {
+            name: one.effect.to_string(),
+            round: one.round,
+            promise_percent: one.promise,
+            p_value: one.p_value,
+            error_after: one.error,
+            decision: one.decision,
+        });
+        let effects = identified.added.iter().map(|added| AddedEffect {
+            name: added.effect.entry.name.into(),
+            port: added.effect.entry.port.to_string(),
+            channel: added.effect.output.map(|output| output.name().into()),
+            tied_with: names(&added.tied_with, added.effect.entry.name),
+            error_before: added.error_before,
+            error_after: added.error_after,
+        });
+        let [fit, hold_out] = &identified.improvement;
+        let improvement = |side: &Option<Improvement>| match identified.added.is_empty() {
+            true => None,
+            false => side.as_ref().map(ImprovementReport::from),
+        };
         Self {
             schema: SCHEMA,
-            verdict: if structured {
-                Verdict::Unexplained
-            } else {
-                Verdict::None
-            },
-            effects: Vec::new(),
+            verdict: identified.verdict,
+            effects: effects.collect(),
+            considered: considered.collect(),
+            explained: identified.explained,
             error: ErrorPair {
-                before: errors.clone(),
-                after: errors.clone(),
+                before: before.errors.clone(),
+                after: after.errors.clone(),
+                improvement: Improvements {
+                    fit: improvement(fit),
+                    hold_out: improvement(hold_out),
+                },
             },
             noise_floor: noise
                 .iter()
@@ -229,17 +328,14 @@ impl Document {
                 .iter()
                 .map(|(channel, noise)| (channel.clone(), noise.method.into()))
                 .collect(),
+            not_identifiable: not_identifiable(&after.fit),
             parameters,
-            not_identifiable,
-            remaining: RemainingReport {
-                structured,
-                correlates_with: correlates,
-            },
+            remaining,
             integration_error: integration_error.clone(),
             evaluator: chosen.evaluator.describe(),
             evaluator_reason: chosen.why.clone(),
             seed,
-            evaluations: fit.evaluations,
+            evaluations: identified.evaluations,
             seconds,
             warnings,
         }
@@ -275,6 +371,18 @@ impl Document {
         text.push('\n');
         text
     }
+}
+
+/// The names of `effects`, each once, without `own`.
+fn names(effects: &[Effect], own: &str) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for effect in effects {
+        let name = effect.entry.name;
+        if name != own && !names.iter().any(|other| other == name) {
+            names.push(name.into());
+        }
+    }
+    names
 }
 
 /// In words, the parameters that the data of a polished fit do not determine.

@@ -1,5 +1,6 @@
 //! Model files: a structure and its parameters as TOML, complete or just what a user wants to be different.
 
+use crate::model::effects::Effect;
 use crate::model::valve::AreaLaw;
 use crate::model::{Output, Parameter, Piston, Scale, Structure};
 use crate::record::{Quantity, Unit};
@@ -153,6 +154,7 @@ impl ModelFile {
         if removes_valve && !structure.needs_valve() {
             structure.valve = None;
         }
+        structure.effects.sort_by_key(Effect::rank);
         self.check(&structure)?;
         Ok(structure)
     }
@@ -313,6 +315,21 @@ impl ModelFile {
                 &["piston"],
                 format!("a position loop has its command in mm, not in {command_unit}"),
                 "convert the command, or use piston = \"integrated\"",
+            );
+        }
+        let effects = &structure.effects;
+        if let Some(twice) = (1..effects.len()).find(|&i| effects[i] == effects[i - 1]) {
+            return refuse(
+                &["effects"],
+                format!("{} is there twice", effects[twice]),
+                "name each effect once",
+            );
+        }
+        if let Some(idle) = effects.iter().find(|e| !e.entry.on(structure).contains(e)) {
+            return refuse(
+                &["effects"],
+                format!("{idle} has nothing to act on in this structure"),
+                "delete it, or observe what it acts on",
             );
         }
         match (&structure.valve, structure.needs_valve()) {

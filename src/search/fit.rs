@@ -102,6 +102,24 @@ pub fn fit(
         },
         false => search(problem, &free, evaluator, plan, progress)?,
     };
+    finish(problem, free, search, plan)
+}
+
+/// Polishes `values` of the free parameters without a search before it, as [`fit`] does after its search.
+///
+/// # Errors
+/// If the model diverges there.
+pub fn refine(problem: &Problem, values: &[f64], plan: &Plan) -> Result<Fit> {
+    let search = Search {
+        values: values.to_vec(),
+        cost: reference::cost(problem, values),
+        history: Vec::new(),
+        evaluations: 1,
+    };
+    finish(problem, problem.free(), search, plan)
+}
+
+fn finish(problem: &Problem, free: Vec<Parameter>, search: Search, plan: &Plan) -> Result<Fit> {
     let mut evaluations = search.evaluations;
     let polished = match plan.polish && !free.is_empty() {
         false => None,

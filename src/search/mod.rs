@@ -6,4 +6,4 @@ mod fit;
 pub mod polish;
 
 pub use bees::{Bees, Moves, Neighbourhood, Settings, Start, Variant};
-pub use fit::{Fit, Plan, Search, fit};
+pub use fit::{Fit, Plan, Search, fit, refine};

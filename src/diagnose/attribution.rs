@@ -1,0 +1,441 @@
+//! Which effects the model lacks: add, exchange, drop, until nothing more is significant.
+
+use super::evidence::{Evidence, Model, Side};
+use super::screen::{Screened, Screening};
+use super::{Comparison, improvement};
+use crate::Result;
+use crate::evaluate::Evaluator;
+use crate::model::effects::Effect;
+use crate::search::{Moves, Neighbourhood, Settings, Variant};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Chance of a false alarm of the whole family of effects in one round.
+const LEVEL: f64 = 0.01;
+/// An effect must take this share of the held-out cost: less is seen by nobody, whatever its significance.
+const LEAST_OF_COST: f64 = 0.02;
+/// And this share of what the base model leaves above the noise: the rest may be the form of an effect already found.
+const LEAST_OF_EXCESS: f64 = 0.03;
+/// An effect whose linearised promise is below this share of the best one's is not refitted.
+const PLAUSIBLE: f64 = 0.25;
+/// Most effects that are refitted in one round, and most pairs.
+const REFITTED: (usize, usize) = (8, 4);
+/// Two models are told apart if their costs differ by this many standard errors.
+const TOLD_APART: f64 = 3.0;
+/// Most exchanges of effects before the search is taken to go round in circles.
+const EXCHANGES: usize = 4;
+/// Bees around a trial, which need only find the valley that the polish follows.
+const SWARM: Settings = Settings {
+    itr: 5,
+    n: 10,
+    m: 5,
+    e: 2,
+    nep: 12,
+    nsp: 5,
+    ngh: Neighbourhood::Relative(0.05),
+    moves: Moves::Differences,
+    variant: Variant::Standard {
+        alpha: 0.8,
+        stlim: 10,
+    },
+};
+
+/// What became of an effect that was looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Considered {
+    /// The effect.
+    pub effect: Effect,
+    /// The round, from 1.
+    pub round: usize,
+    /// Share of the fitted cost that it promised to explain, linearised, in percent.
+    pub promise: f64,
+    /// Chance of as good a promise of any effect where none is missing.
+    pub p_value: f64,
+    /// Held-out error with it, RMS in units of noise over all channels; only where it was refitted.
+    pub error: Option<f64>,
+    /// Why it was or was not chosen.
+    pub decision: &'static str,
+}
+
+/// An effect of the result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Added {
+    /// The effect.
+    pub effect: Effect,
+    /// Effects that the record cannot tell from it.
+    pub tied_with: Vec<Effect>,
+    /// Held-out error without it, RMS in units of noise over all channels.
+    pub error_before: f64,
+    /// The same with it.
+    pub error_after: f64,
+}
+
+/// The result of the search.
+#[derive(Debug, Clone)]
+pub(super) struct Attribution {
+    /// The base model with the effects.
+    pub(super) model: Model,
+    /// The effects, in the order in which they were added.
+    pub(super) added: Vec<Added>,
+    /// Every effect of every round.
+    pub(super) considered: Vec<Considered>,
+    /// Candidates evaluated.
+    pub(super) evaluations: usize,
+}
+
+/// A search under way.
+pub(super) struct Search<'a> {
+    pub(super) evidence: &'a Evidence,
+    pub(super) evaluator: &'a mut dyn Evaluator,
+    pub(super) allowed: &'a dyn Fn(&Effect) -> bool,
+    pub(super) max_effects: usize,
+    pub(super) progress: &'a mut dyn FnMut(&str),
+    /// Held-out cost of the base model above the noise.
+    pub(super) excess: f64,
+    /// What was refitted on top of which effects.
+    refits: HashMap<Vec<String>, Vec<(Effect, Model)>>,
+    considered: Vec<Considered>,
+    evaluations: usize,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(
+        evidence: &'a Evidence,
+        base: &Model,
+        evaluator: &'a mut dyn Evaluator,
+        allowed: &'a dyn Fn(&Effect) -> bool,
+        max_effects: usize,
+        progress: &'a mut dyn FnMut(&str),
+    ) -> Self {
+        Self {
+            evidence,
+            evaluator,
+            allowed,
+            max_effects,
+            progress,
+            excess: (base.loss(Side::HoldOut) - 1.0).max(0.0),
+            refits: HashMap::new(),
+            considered: Vec::new(),
+            evaluations: 0,
+        }
+    }
+
+    /// Adds effects to `base` until nothing more is significant.
+    pub(super) fn run(mut self, base: &Model) -> Result<Attribution> {
+        let mut model = base.clone();
+        let mut order: Vec<Effect> = Vec::new();
+        let mut exchanges = 0;
+        let mut round = 0;
+        while order.len() < self.max_effects {
+            round += 1;
+            let Some(next) = self.addition(&model, round, self.max_effects - order.len())? else {
+                break;
+            };
+            let new = next.structure().effects.iter();
+            let new: Vec<Effect> = new.filter(|e| !order.contains(e)).copied().collect();
+            order.extend(new);
+            model = next;
+            while order.len() > 1 && exchanges < EXCHANGES {
+                let Some(better) = self.exchange(&model, &order)? else {
+                    break;
+                };
+                exchanges += 1;
+                order.retain(|effect| better.structure().effects.contains(effect));
+                let new = better.structure().effects.iter();
+                let new: Vec<Effect> = new.filter(|e| !order.contains(e)).copied().collect();
+                order.extend(new);
+                model = better;
+            }
+        }
+        self.drop_superfluous(&mut model, &mut order);
+        let added = self.steps(base, &model, &order)?;
+        Ok(Attribution {
+            model,
+            added,
+            considered: self.considered,
+            evaluations: self.evaluations,
+        })
+    }
+
+    /// The best model with one effect more, or with a pair where none helps alone; `None` where nothing is significant.
+    fn addition(&mut self, model: &Model, round: usize, room: usize) -> Result<Option<Model>> {
+        (self.progress)(&format!("round {round}: screening"));
+        let Some(screening) = Screening::new(self.evidence, model, self.allowed) else {
+            return Ok(None);
+        };
+        let models = self.refit(model, &screening, round)?;
+        let accepted: Vec<&Model> = models
+            .iter()
+            .map(|(_, one)| one)
+            .filter(|one| self.worth(model, one))
+            .collect();
+        let best = self.best(&accepted).cloned();
+        let of = best.as_ref().and_then(|best| {
+            let new = |effect: &&Effect| !model.structure().effects.contains(effect);
+            best.structure().effects.iter().copied().find(|e| new(&e))
+        });
+        self.record(&screening, &models, &accepted, of, round);
+        if best.is_some() || room < 2 {
+            return Ok(best);
+        }
+        self.pair(model, &screening, round)
+    }
+
+    /// Refits the plausible effects of a screening on top of `model`.
+    fn refit(
+        &mut self,
+        model: &Model,
+        screening: &Screening,
+        round: usize,
+    ) -> Result<Vec<(Effect, Model)>> {
+        let key: Vec<String> = names(model);
+        if let Some(known) = self.refits.get(&key) {
+            return Ok(known.clone());
+        }
+        let best = screening.effects.first().map_or(0.0, |best| best.promise);
+        let plausible: Vec<&Screened> = screening
+            .effects
+            .iter()
+            .filter(|one| one.p_value <= LEVEL && one.promise >= PLAUSIBLE * best)
+            .take(REFITTED.0)
+            .collect();
+        let mut starts = Vec::new();
+        for one in &plausible {
+            (self.progress)(&format!("round {round}: {}", one.effect));
+            for (trial, _) in one.trials.iter().take(2) {
+                starts.push((one.effect, self.evidence.extended(model, one.effect, trial)));
+            }
+            let first = self.evidence.extended(model, one.effect, &one.trials[0].0);
+            let (found, evaluations) = self.evidence.forage(&first, SWARM, self.evaluator)?;
+            self.evaluations += evaluations;
+            starts.push((one.effect, found));
+        }
+        (self.progress)(&format!("round {round}: polishing"));
+        let polished: Vec<(Effect, Model)> = starts
+            .into_par_iter()
+            .filter_map(|(effect, start)| Some((effect, self.evidence.polished(start)?)))
+            .collect();
+        let mut models: Vec<(Effect, Model)> = Vec::new();
+        for (effect, one) in polished {
+            self.evaluations += one.evaluations;
+            match models.iter_mut().find(|(other, _)| *other == effect) {
+                Some((_, known)) if known.loss(Side::Fit) <= one.loss(Side::Fit) => {}
+                Some((_, known)) => *known = one,
+                None => models.push((effect, one)),
+            }
+        }
+        self.refits.insert(key, models.clone());
+        Ok(models)
+    }
+
+    /// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough.
+    fn worth(&self, before: &Model, after: &Model) -> bool {
+        let (old, new) = (before.loss(Side::HoldOut), after.loss(Side::HoldOut));
+        let least = (LEAST_OF_COST * old).max(LEAST_OF_EXCESS * self.excess);
+        if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
+            return false;
+        }
+        let weights = vec![1.0; before.hold_out.len()];
+        let starts = self.evidence.starts(Side::HoldOut);
+        let gain = improvement(
+            &before.hold_out,
+            &after.hold_out,
+            &weights,
+            &starts,
+            self.evidence.seed,
+        );
+        gain.percent.low > 0.0
+    }
+
+    /// Mean difference of the costs of two models over all rows, fitted and held out, in standard errors: negative where
+    /// the first is better.
+    fn compare(&self, first: &Model, second: &Model) -> f64 {
+        let all = |model: &Model| -> Vec<Vec<f64>> {
+            let sides = model.fit.iter().zip(&model.hold_out);
+            sides
+                .map(|(fit, hold)| [&fit[..], &hold[..]].concat())
+                .collect()
+        };
+        let mut starts = self.evidence.starts(Side::Fit);
+        let fitted = first.fit.first().map_or(0, Vec::len);
+        let held = self.evidence.starts(Side::HoldOut);
+        starts.extend(held.iter().map(|start| start + fitted));
+        let weights = vec![1.0; first.fit.len()];
+        Comparison::new(&all(first), &all(second), &weights, &starts).z
+    }
+
+    /// The model with the lowest held-out error; of those that cannot be told from it the one with fewest parameters.
+    fn best<'m>(&self, models: &[&'m Model]) -> Option<&'m Model> {
+        let loss = |model: &Model| model.loss(Side::HoldOut);
+        let lowest = models.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)))?;
+        let size = |model: &Model| model.problem.free().len();
+        models
+            .iter()
+            .filter(|one| self.compare(lowest, one).abs() < TOLD_APART)
+            .min_by(|a, b| size(a).cmp(&size(b)).then(loss(a).total_cmp(&loss(b))))
+            .or(Some(lowest))
+            .copied()
+    }
+
+    /// Two effects that explain together what neither does alone.
+    fn pair(
+        &mut self,
+        model: &Model,
+        screening: &Screening,
+        round: usize,
+    ) -> Result<Option<Model>> {
+        let single = screening.effects.first().map_or(0.0, |best| best.promise);
+        let promising: Vec<[&Screened; 2]> = screening
+            .pairs()
+            .into_iter()
+            .filter(|(pair, share)| {
+                *share > LEAST_OF_COST.max(1.2 * single)
+                    && pair.iter().any(|one| one.p_value <= LEVEL)
+            })
+            .take(REFITTED.1)
+            .map(|(pair, _)| pair)
+            .collect();
+        (self.progress)(&format!("round {round}: pairs"));
+        let models: Vec<Model> = promising
+            .into_par_iter()
+            .filter_map(|[first, second]| {
+                let one = self.evidence.polished(self.evidence.extended(
+                    model,
+                    first.effect,
+                    &first.trials[0].0,
+                ))?;
+                let both = self
+                    .evidence
+                    .extended(&one, second.effect, &second.trials[0].0);
+                self.evidence.polished(both)
+            })
+            .collect();
+        self.evaluations += models.iter().map(|one| one.evaluations).sum::<usize>();
+        let accepted: Vec<&Model> = models.iter().filter(|one| self.worth(model, one)).collect();
+        Ok(self.best(&accepted).cloned())
+    }
+
+    /// A model that is surely better with one of its effects exchanged for another.
+    fn exchange(&mut self, model: &Model, order: &[Effect]) -> Result<Option<Model>> {
+        // The last one was chosen among all others just now.
+        for &effect in &order[..order.len() - 1] {
+            let Some(reduced) = self.without(model, effect) else {
+                continue;
+            };
+            for (_, other) in self.alternatives(&reduced)? {
+                let better = other.loss(Side::HoldOut) < model.loss(Side::HoldOut)
+                    && self.compare(&other, model) < -TOLD_APART;
+                if better && other.structure() != model.structure() {
+                    return Ok(Some(other));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// `model` without `effect`, fitted again.
+    fn without(&self, model: &Model, effect: Effect) -> Option<Model> {
+        let structure = model.structure().without(effect);
+        let problem = self.evidence.problem(&structure, &model.problem.parameters);
+        self.evidence.polished(problem)
+    }
+
+    /// All plausible effects on top of `reduced`.
+    fn alternatives(&mut self, reduced: &Model) -> Result<Vec<(Effect, Model)>> {
+        if let Some(known) = self.refits.get(&names(reduced)) {
+            return Ok(known.clone());
+        }
+        match Screening::new(self.evidence, reduced, self.allowed) {
+            Some(screening) => self.refit(reduced, &screening, 0),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// Drops effects that the others have made superfluous.
+    fn drop_superfluous(&mut self, model: &mut Model, order: &mut Vec<Effect>) {
+        loop {
+            let spare = order.iter().find_map(|&effect| {
+                let reduced = self.without(model, effect)?;
+                (order.len() > 1 && !self.worth(&reduced, model)).then_some((effect, reduced))
+            });
+            let Some((effect, reduced)) = spare else {
+                return;
+            };
+            order.retain(|other| *other != effect);
+            *model = reduced;
+        }
+    }
+
+    /// The chain of effects with the error at each step, and what each is tied with.
+    fn steps(&mut self, base: &Model, model: &Model, order: &[Effect]) -> Result<Vec<Added>> {
+        let mut added = Vec::new();
+        let mut current = base.clone();
+        for (i, &effect) in order.iter().enumerate() {
+            (self.progress)(&format!("rivals of {effect}"));
+            let structure = current.structure().with(effect);
+            let next = match i + 1 == order.len() {
+                true => model.clone(),
+                false => {
+                    let problem = self.evidence.problem(&structure, &model.problem.parameters);
+                    self.evidence
+                        .polished(problem)
+                        .unwrap_or_else(|| current.clone())
+                }
+            };
+            let mut tied = Vec::new();
+            if let Some(reduced) = self.without(model, effect) {
+                for (other, rival) in self.alternatives(&reduced)? {
+                    let same = self.compare(&rival, model).abs() < TOLD_APART;
+                    if other != effect && same && self.worth(&reduced, &rival) {
+                        tied.push((rival.loss(Side::HoldOut), other));
+                    }
+                }
+            }
+            tied.sort_by(|a, b| a.0.total_cmp(&b.0));
+            added.push(Added {
+                effect,
+                tied_with: tied.into_iter().map(|(_, other)| other).collect(),
+                error_before: current.loss(Side::HoldOut).sqrt(),
+                error_after: next.loss(Side::HoldOut).sqrt(),
+            });
+            current = next;
+        }
+        Ok(added)
+    }
+
+    /// Notes what became of every effect of a round.
+    fn record(
+        &mut self,
+        screening: &Screening,
+        models: &[(Effect, Model)],
+        accepted: &[&Model],
+        chosen: Option<Effect>,
+        round: usize,
+    ) {
+        for one in &screening.effects {
+            let model = models.iter().find(|(effect, _)| *effect == one.effect);
+            let model = model.map(|(_, model)| model);
+            let worth = model.is_some_and(|m| accepted.iter().any(|a| std::ptr::eq(*a, m)));
+            let decision = match model {
+                _ if chosen == Some(one.effect) => "chosen: lowest held-out error",
+                Some(_) if worth => "helps, but less than the one chosen or with more parameters",
+                Some(_) => "refitted: does not lower the held-out error enough",
+                None if one.p_value > LEVEL => "not significant: chance promises as much",
+                None => "significant, but promises far less than the best",
+            };
+            self.considered.push(Considered {
+                effect: one.effect,
+                round,
+                promise: 100.0 * one.promise,
+                p_value: one.p_value,
+                error: model.map(|model| model.loss(Side::HoldOut).sqrt()),
+                decision,
+            });
+        }
+    }
+}
+
+fn names(model: &Model) -> Vec<String> {
+    let effects = model.structure().effects.iter();
+    effects.map(ToString::to_string).collect()
+}

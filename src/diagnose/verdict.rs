@@ -1,0 +1,55 @@
+//! What a diagnosis comes to.
+
+use serde::Serialize;
+
+/// Effects are believed if they explain this share of what the base model leaves above the noise, or everything that can be
+/// seen. Something else that merely resembles an effect seldom follows it so closely.
+const EXPLAINED: f64 = 0.8;
+
+/// What the diagnosis comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Effects of the catalogue explain what the base model could not.
+    Found,
+    /// Nothing is missing that this data could show.
+    None,
+    /// Something is missing that is in no entry of the catalogue.
+    Unexplained,
+}
+
+/// What the verdict follows from.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grounds {
+    /// Held-out cost of the base model, in units of noise.
+    pub(super) before: f64,
+    /// The same with the effects that were added.
+    pub(super) after: f64,
+    /// Whether any effect was added.
+    pub(super) added: bool,
+    /// Whether the base model's residual has structure.
+    pub(super) structured_before: bool,
+    /// Whether the residual has structure with the effects.
+    pub(super) structured_after: bool,
+}
+
+impl Grounds {
+    /// Share of the held-out cost above the noise that the effects explain.
+    pub(super) fn explained(&self) -> f64 {
+        let excess = |cost: f64| (cost - 1.0).max(0.0);
+        match excess(self.before) {
+            0.0 => 1.0,
+            before => 1.0 - excess(self.after) / before,
+        }
+    }
+
+    /// The verdict.
+    pub(super) fn verdict(&self) -> Verdict {
+        match (self.added, self.structured_before) {
+            (false, false) => Verdict::None,
+            (false, true) => Verdict::Unexplained,
+            (true, _) if !self.structured_after || self.explained() >= EXPLAINED => Verdict::Found,
+            (true, _) => Verdict::Unexplained,
+        }
+    }
+}

@@ -22,6 +22,8 @@ const PLAUSIBLE: f64 = 0.25;
 const REFITTED: (usize, usize) = (8, 4);
 /// Two models are told apart if their costs differ by this many standard errors.
 const TOLD_APART: f64 = 3.0;
+/// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
+const SAME_COST: f64 = 0.003;
 /// Most exchanges of effects before the search is taken to go round in circles.
 const EXCHANGES: usize = 4;
 /// Bees around a trial, which need only find the valley that the polish follows.
@@ -247,9 +249,8 @@ impl<'a> Search<'a> {
         gain.percent.low > 0.0
     }
 
-    /// Mean difference of the costs of two models over all rows, fitted and held out, in standard errors: negative where
-    /// the first is better.
-    fn compare(&self, first: &Model, second: &Model) -> f64 {
+    /// Whether the rows, fitted and held out, surely prefer the first model to the second.
+    fn surely_better(&self, first: &Model, second: &Model) -> bool {
         let all = |model: &Model| -> Vec<Vec<f64>> {
             let sides = model.fit.iter().zip(&model.hold_out);
             sides
@@ -261,7 +262,18 @@ impl<'a> Search<'a> {
         let held = self.evidence.starts(Side::HoldOut);
         starts.extend(held.iter().map(|start| start + fitted));
         let weights = vec![1.0; first.fit.len()];
-        Comparison::new(&all(first), &all(second), &weights, &starts).z
+        let cost = |model: &Model| {
+            let rows = |side| model.residuals(side).iter().flatten();
+            let both = rows(Side::Fit).chain(rows(Side::HoldOut));
+            both.map(|r| r * r).sum::<f64>()
+        };
+        let z = Comparison::new(&all(first), &all(second), &weights, &starts).z;
+        z < -TOLD_APART && cost(first) < (1.0 - SAME_COST) * cost(second)
+    }
+
+    /// Whether the rows cannot tell which of two models is better.
+    fn same(&self, first: &Model, second: &Model) -> bool {
+        !self.surely_better(first, second) && !self.surely_better(second, first)
     }
 
     /// The model with the lowest held-out error; of those that cannot be told from it the one with fewest parameters.
@@ -271,7 +283,7 @@ impl<'a> Search<'a> {
         let size = |model: &Model| model.problem.free().len();
         models
             .iter()
-            .filter(|one| self.compare(lowest, one).abs() < TOLD_APART)
+            .filter(|one| self.same(lowest, one))
             .min_by(|a, b| size(a).cmp(&size(b)).then(loss(a).total_cmp(&loss(b))))
             .or(Some(lowest))
             .copied()
@@ -324,7 +336,7 @@ impl<'a> Search<'a> {
             };
             for (_, other) in self.alternatives(&reduced)? {
                 let better = other.loss(Side::HoldOut) < model.loss(Side::HoldOut)
-                    && self.compare(&other, model) < -TOLD_APART;
+                    && self.surely_better(&other, model);
                 if better && other.structure() != model.structure() {
                     return Ok(Some(other));
                 }
@@ -385,8 +397,7 @@ impl<'a> Search<'a> {
             let mut tied = Vec::new();
             if let Some(reduced) = self.without(model, effect) {
                 for (other, rival) in self.alternatives(&reduced)? {
-                    let same = self.compare(&rival, model).abs() < TOLD_APART;
-                    if other != effect && same && self.worth(&reduced, &rival) {
+                    if other != effect && self.same(&rival, model) && self.worth(&reduced, &rival) {
                         tied.push((rival.loss(Side::HoldOut), other));
                     }
                 }

@@ -2,11 +2,13 @@
 //!
 //! A score test at one value would miss effects that do nothing near their neutral value (an end stop) or have a kink
 //! there (friction). Each effect is therefore simulated at several values, its trials. Linearised there, together with the
-//! parameters of the model so far, it promises a cost (Gauss-Newton). What it could do to the residual by chance comes
-//! from its directions, those of the model projected out: surrogate residuals, blocks of the measured one with random
-//! signs, keep colour and loudness and lose the bond with the command (wild block bootstrap: Shao 2010, "The dependent
-//! wild bootstrap"). The whole screening is repeated on each surrogate, and the best effect of each makes the null
-//! distribution: its level holds for the family of all effects and trials, not for each alone.
+//! parameters of the model so far, it promises a cost (Gauss-Newton).
+//!
+//! What chance promises comes from surrogate residuals: what the best trial leaves, in blocks with random signs, which keep
+//! colour and loudness and lose the bond with the command (wild block bootstrap: Shao 2010, "The dependent wild
+//! bootstrap"). Each effect explains of a surrogate what lies in its directions, those of the model projected out. The
+//! whole screening is repeated on each surrogate, and the best effect of each makes the null distribution: its level holds
+//! for the family of all effects and trials, not for each alone.
 
 use super::evidence::{Evidence, Model, Side};
 use super::linear::{Basis, Linear, dot};
@@ -76,7 +78,13 @@ impl Screening {
             })
             .collect();
         let cost = dot(&here.residual, &here.residual);
-        let p_values = p_values(evidence, &residual, &tried);
+        let gains: Vec<f64> = tried.iter().map(|one| cost - one.cost).collect();
+        let best = tried.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let noise = best
+            .filter(|best| best.cost < cost)
+            .and_then(|best| left(evidence, model, best))
+            .unwrap_or_else(|| residual.clone());
+        let p_values = p_values(evidence, &noise, &tried, &gains);
         let mut effects: Vec<Screened> = Vec::new();
         for (one, p_value) in tried.into_iter().zip(p_values) {
             match effects.iter_mut().find(|other| other.effect == one.effect) {
@@ -165,8 +173,17 @@ fn tried(
     })
 }
 
-/// For each trial the chance that any trial explains as much of a surrogate, each in units of its own chance level.
-fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried]) -> Vec<f64> {
+/// What the linearised refit of a trial leaves of the residual.
+fn left(evidence: &Evidence, model: &Model, tried: &Tried) -> Option<Vec<f64>> {
+    let problem = evidence.extended(model, tried.effect, &tried.trial);
+    let mut there = Linear::new(&problem)?;
+    Basis::spanning(there.columns).remove_from(&mut there.residual);
+    Some(there.residual)
+}
+
+/// For each trial, which promises to take its part of `gains` from the cost, the chance that any trial explains as much of a
+/// surrogate of `residual`, each in units of its own chance level.
+fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]) -> Vec<f64> {
     let starts = evidence.starts(Side::Fit);
     let channels = evidence.scale.iter().filter(|s| **s > 0.0).count().max(1);
     let block = super::bootstrap::block_length(residual, &[0]).max(20 * channels);
@@ -188,10 +205,6 @@ fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried]) -> Vec<f64> 
             .map(|column| dot(column, signs).powi(2))
             .sum()
     };
-    let measured: Vec<f64> = products
-        .iter()
-        .map(|one| explained(&vec![1.0; blocks], one))
-        .collect();
     let mut rng = ChaCha8Rng::seed_from_u64(evidence.seed);
     let null: Vec<Vec<f64>> = (0..SURROGATES)
         .map(|_| {
@@ -223,7 +236,7 @@ fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried]) -> Vec<f64> 
             .count();
         (as_large + 1) as f64 / (SURROGATES + 1) as f64
     };
-    measured.iter().zip(&chance).map(p_value).collect()
+    gains.iter().zip(&chance).map(p_value).collect()
 }
 
 /// Ends of blocks that no record's end lies inside.

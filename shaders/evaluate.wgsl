@@ -243,7 +243,7 @@ fn sine(tone: Tone, half_step: u32) -> vec2<f32> {
     return wave[half_step * tone.stride];
 }
 
-fn command(tone: Tone, half_step: u32) -> Input {
+fn tone_input(tone: Tone, half_step: u32) -> Input {
     return Input(tone.amplitude * sine(tone, half_step).x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
@@ -258,18 +258,18 @@ fn evaluate_tones(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let tone = tones[item];
     let plant = prepare(candidate, work.population);
-    var state = initial(plant, command(tone, 0u), 0.0);
+    var state = initial(plant, tone_input(tone, 0u), 0.0);
     var failed = false;
     var sum = vec2<f32>(0.0);
     for (var period = 0u; period < tone.settle + tone.measure && !failed; period++) {
         var chunk = vec2<f32>(0.0);
         for (var k = 0u; k < SAMPLES_PER_PERIOD; k++) {
             let first = 2u * k * tone.substeps;
-            var start = command(tone, first);
+            var start = tone_input(tone, first);
             chunk += observe(plant, state, start).x * sine(tone, first);
             for (var j = 0u; j < tone.substeps; j++) {
-                let end = command(tone, first + 2u * j + 2u);
-                state = advance(plant, state, start, command(tone, first + 2u * j + 1u), end, tone.step);
+                let end = tone_input(tone, first + 2u * j + 2u);
+                state = advance(plant, state, start, tone_input(tone, first + 2u * j + 1u), end, tone.step);
                 start = end;
             }
         }

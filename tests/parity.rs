@@ -450,8 +450,8 @@ fn a_wrong_shader_is_caught() {
         ),
         (
             "tones, settled",
-            "command(tone, first + 2u * j + 1u)",
-            "command(tone, first + 2u * j)",
+            "tone_input(tone, first + 2u * j + 1u)",
+            "tone_input(tone, first + 2u * j)",
         ),
         (
             "tones, settled",

@@ -105,6 +105,8 @@ pub(in crate::model) trait Act<R: Real> {
 /// `after`: exact for such an input, and the input itself where the time constant is zero.
 #[inline(always)]
 pub(super) fn lagged<R: Real>(value: R, before: R, after: R, time_constant: R, step: R) -> R {
+    // Late commands cut intervals into pieces, some of which have no length.
+    let step = step.max(R::constant(1e-12));
     let behind = time_constant * ((after - before) / step);
     after + (value - before + behind) * (step / time_constant).decay() - behind
 }

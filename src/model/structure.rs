@@ -582,16 +582,52 @@ impl<R: Real> Plant<R> {
         }
     }
 
-    /// The time derivative of the state. `input` has the command that acts.
+    /// How the spool moves, on this path, where it can stick with this heading.
+    #[inline(always)]
+    fn motion(&self, actuator: &Actuator<R>, speed: R, path: &Path<R>, heading: R) -> Motion<R> {
+        Motion {
+            gain: actuator.gain(),
+            time_constant: actuator.time_constant(),
+            spool: path.spool,
+            speed,
+            heading,
+            load: self.load(path),
+        }
+    }
+
+    /// The sign in which the spool moves, or sets out to move, from `state`; zero while it sticks, and where it cannot.
+    /// `input` has the command that acts.
+    #[inline(always)]
+    pub fn heading(&self, state: &[R], input: &Input<R>) -> R {
+        let sticks = self.effects.iter().any(|effect| effect.action.sticks());
+        let zero = R::constant(0.0);
+        match &self.actuator {
+            Some(actuator) if sticks => R::outlined(|| {
+                let path = self.path::<true>(state, input, true);
+                let (mut drive, speed) = actuator.derivative(state[0], state[1], input.command);
+                let mut motion = self.motion(actuator, speed, &path, zero);
+                for effect in &self.effects {
+                    motion.heading = effect.action.heading(drive, &motion);
+                    drive = effect.action.drive(drive, &motion);
+                }
+                motion.heading
+            }),
+            _ => zero,
+        }
+    }
+
+    /// The time derivative of the state in an integration step that began with this `heading`. `input` has the command
+    /// that acts.
     #[inline(always)]
     pub fn derivative<const N: usize, const EFFECTS: bool>(
         &self,
         state: &[R; N],
         input: &Input<R>,
+        heading: R,
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
         if EFFECTS {
-            R::outlined(|| self.effects_derivative(state, input, &mut slope));
+            R::outlined(|| self.effects_derivative(state, input, heading, &mut slope));
             return slope;
         }
         if let Some(actuator) = &self.actuator {
@@ -604,15 +640,11 @@ impl<R: Real> Plant<R> {
     }
 
     #[inline(always)]
-    fn effects_derivative(&self, state: &[R], input: &Input<R>, slope: &mut [R]) {
+    fn effects_derivative(&self, state: &[R], input: &Input<R>, heading: R, slope: &mut [R]) {
         let path = self.path::<true>(state, input, true);
         if let Some(actuator) = &self.actuator {
             let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);
-            let motion = Motion {
-                gain: actuator.gain(),
-                speed,
-                load: self.load(&path),
-            };
+            let motion = self.motion(actuator, speed, &path, heading);
             for effect in &self.effects {
                 drive = effect.action.drive(drive, &motion);
                 speed = effect.action.speed(speed);
@@ -630,11 +662,18 @@ impl<R: Real> Plant<R> {
         }
     }
 
-    /// What happens at the end of an integration step from `before` to `state`: the spool sticks or meets a stop, and what
-    /// filters an output follows it. The inputs are those at the step's start and end.
+    /// What happens at the end of an integration `step` from `before` with this `heading` to `state`: the spool sticks or
+    /// meets a stop, and what filters an output follows it. The `inputs` are those at the step's start and end.
     #[inline(always)]
-    pub fn settle(&self, before: &[R], state: &mut [R], start: &Input<R>, end: &Input<R>, step: R) {
-        R::outlined(|| self.settle_inline(before, state, start, end, step));
+    pub fn settle(
+        &self,
+        before: &[R],
+        state: &mut [R],
+        inputs: [&Input<R>; 2],
+        heading: R,
+        step: R,
+    ) {
+        R::outlined(|| self.settle_inline(before, state, inputs, heading, step));
     }
 
     #[inline(always)]
@@ -642,23 +681,23 @@ impl<R: Real> Plant<R> {
         &self,
         before: &[R],
         state: &mut [R],
-        start: &Input<R>,
-        end: &Input<R>,
+        [start, end]: [&Input<R>; 2],
+        heading: R,
         step: R,
     ) {
+        let zero = R::constant(0.0);
         let earlier = self.path::<true>(before, start, true);
         if let Some(actuator) = &self.actuator {
             let (_, speed) = actuator.derivative(before[0], before[1], start.command);
             let (mut drive, _) = actuator.derivative(state[0], state[1], end.command);
             let path = self.path::<true>(state, end, true);
-            let motion = Motion {
-                gain: actuator.gain(),
-                speed,
-                load: self.load(&path),
-            };
+            let began = self.motion(actuator, speed, &earlier, heading);
+            let rests = self.motion(actuator, zero, &path, zero);
             for effect in &self.effects {
-                (state[0], state[1]) = effect.action.settle(state[0], state[1], drive, &motion);
-                drive = effect.action.drive(drive, &motion);
+                (state[0], state[1]) = effect
+                    .action
+                    .settle(state[0], state[1], drive, &began, step);
+                drive = effect.action.drive(drive, &rests);
             }
         }
         let later = self.path::<true>(state, end, true);

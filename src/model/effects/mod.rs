@@ -54,8 +54,16 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.speed(speed)),* }
             }
             #[inline(always)]
-            fn settle(&self, lead: R, spool: R, drive: R, motion: &Motion<R>) -> (R, R) {
-                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, motion)),* }
+            fn sticks(&self) -> bool {
+                match self { $(Self::$Type(effect) => Act::<R>::sticks(effect)),* }
+            }
+            #[inline(always)]
+            fn heading(&self, drive: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.heading(drive, motion)),* }
+            }
+            #[inline(always)]
+            fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, start, step)),* }
             }
             #[inline(always)]
             fn opening(&self, opening: R) -> R {

@@ -531,7 +531,12 @@ impl<R: Real> Plant<R> {
     #[inline(always)]
     fn path<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>, with_flow: bool) -> Path<R> {
         let zero = R::constant(0.0);
-        let spool = self.spool(state, input);
+        let mut spool = self.spool(state, input);
+        if EFFECTS {
+            for effect in &self.effects {
+                spool = effect.action.place(spool);
+            }
+        }
         let mut opening = spool;
         let (mut flow, mut drop) = (zero, zero);
         if with_flow && let Some(valve) = &self.valve {
@@ -584,11 +589,18 @@ impl<R: Real> Plant<R> {
 
     /// How the spool moves, on this path, where it can stick with this heading.
     #[inline(always)]
-    fn motion(&self, actuator: &Actuator<R>, speed: R, path: &Path<R>, heading: R) -> Motion<R> {
+    fn motion(
+        &self,
+        actuator: &Actuator<R>,
+        spool: R,
+        speed: R,
+        path: &Path<R>,
+        heading: R,
+    ) -> Motion<R> {
         Motion {
             gain: actuator.gain(),
             time_constant: actuator.time_constant(),
-            spool: path.spool,
+            spool,
             speed,
             heading,
             load: self.load(path),
@@ -605,7 +617,7 @@ impl<R: Real> Plant<R> {
             Some(actuator) if sticks => R::outlined(|| {
                 let path = self.path::<true>(state, input, true);
                 let (mut drive, speed) = actuator.derivative(state[0], state[1], input.command);
-                let mut motion = self.motion(actuator, speed, &path, zero);
+                let mut motion = self.motion(actuator, state[1], speed, &path, zero);
                 for effect in &self.effects {
                     motion.heading = effect.action.heading(drive, &motion);
                     drive = effect.action.drive(drive, &motion);
@@ -644,7 +656,7 @@ impl<R: Real> Plant<R> {
         let path = self.path::<true>(state, input, true);
         if let Some(actuator) = &self.actuator {
             let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);
-            let motion = self.motion(actuator, speed, &path, heading);
+            let motion = self.motion(actuator, state[1], speed, &path, heading);
             for effect in &self.effects {
                 drive = effect.action.drive(drive, &motion);
                 speed = effect.action.speed(speed);
@@ -691,8 +703,8 @@ impl<R: Real> Plant<R> {
             let (_, speed) = actuator.derivative(before[0], before[1], start.command);
             let (mut drive, _) = actuator.derivative(state[0], state[1], end.command);
             let path = self.path::<true>(state, end, true);
-            let began = self.motion(actuator, speed, &earlier, heading);
-            let rests = self.motion(actuator, zero, &path, zero);
+            let began = self.motion(actuator, before[1], speed, &earlier, heading);
+            let rests = self.motion(actuator, state[1], zero, &path, zero);
             for effect in &self.effects {
                 (state[0], state[1]) = effect
                     .action

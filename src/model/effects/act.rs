@@ -75,6 +75,12 @@ pub(in crate::model) trait Act<R: Real> {
         (lead, spool)
     }
 
+    /// Where a spool is that an integration step has at `spool`.
+    #[inline(always)]
+    fn place(&self, spool: R) -> R {
+        spool
+    }
+
     /// The opening, % of full scale.
     #[inline(always)]
     fn opening(&self, opening: R) -> R {

@@ -66,6 +66,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, start, step)),* }
             }
             #[inline(always)]
+            fn place(&self, spool: R) -> R {
+                match self { $(Self::$Type(effect) => effect.place(spool)),* }
+            }
+            #[inline(always)]
             fn opening(&self, opening: R) -> R {
                 match self { $(Self::$Type(effect) => effect.opening(opening)),* }
             }

@@ -47,6 +47,11 @@ impl<R: Real> StrokeLimit<R> {
 
 impl<R: Real> Act<R> for StrokeLimit<R> {
     #[inline(always)]
+    fn place(&self, spool: R) -> R {
+        spool.clamp(-self.limit, self.limit)
+    }
+
+    #[inline(always)]
     fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
         // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back.
         let zero = R::constant(0.0);

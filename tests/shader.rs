@@ -26,9 +26,11 @@ fn validated(name: &str, source: &str) -> (Module, ModuleInfo) {
 
 #[test]
 fn every_structure_gives_a_valid_shader_for_every_backend() {
-    for case in cases() {
-        let name = case.name;
-        let (module, info) = validated(name, &wgsl::compose(&case.problem));
+    let base = cases()
+        .into_iter()
+        .map(|case| (case.name.to_owned(), case.problem));
+    for (name, problem) in base.chain(common::effects::cases()) {
+        let (module, info) = validated(&name, &wgsl::compose(&problem));
 
         let words = back::spv::write_vec(&module, &info, &back::spv::Options::default(), None)
             .unwrap_or_else(|error| panic!("{name}: SPIR-V: {error}"));

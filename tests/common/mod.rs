@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test crate uses its own part of this module")]
 
+pub(crate) mod effects;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};

@@ -453,6 +453,9 @@ impl<R: Real> Plant<R> {
             };
             state[0] = spool;
             state[1] = spool;
+            if EFFECTS && self.initial == Initial::Equilibrium {
+                self.settle_spool(&mut state, &input);
+            }
         }
         if self.piston_speed.is_some() {
             state[self.position::<EFFECTS>(N)] = position;
@@ -464,6 +467,41 @@ impl<R: Real> Plant<R> {
             });
         }
         state
+    }
+
+    /// The spool where its drive, with what pulls it, is zero: by the secant method.
+    #[inline(always)]
+    fn settle_spool(&self, state: &mut [R], input: &Input<R>) {
+        let Some(actuator) = &self.actuator else {
+            return;
+        };
+        if !self.effects.iter().any(|effect| effect.action.pulls()) {
+            return;
+        }
+        let zero = R::constant(0.0);
+        R::outlined(|| {
+            let mut excess = |spool: R| {
+                (state[0], state[1]) = (spool, spool);
+                let path = self.path::<true>(state, input, true);
+                let (mut drive, _) = actuator.derivative(spool, spool, input.command);
+                let motion = self.motion(actuator, spool, zero, &path, zero);
+                for effect in &self.effects {
+                    drive = effect.action.drive(drive, &motion);
+                }
+                drive / actuator.gain()
+            };
+            let mut before = input.command;
+            let mut pull = excess(before);
+            let mut spool = before + pull;
+            for _ in 0..2 {
+                let now = excess(spool);
+                let change = now - pull;
+                let next = spool - now * ((spool - before) / change);
+                (before, pull) = (spool, now);
+                spool = change.abs().if_positive(next, spool);
+            }
+            (state[0], state[1]) = (spool, spool);
+        });
     }
 
     /// The flow drawn from a supply that gives way under it, by iteration.

@@ -45,6 +45,11 @@ pub(in crate::model) trait Act<R: Real> {
         command
     }
 
+    /// Whether a spool at rest feels the effect in its drive.
+    fn pulls(&self) -> bool {
+        false
+    }
+
     /// What drives the spool, ż in command units per second.
     #[inline(always)]
     fn drive(&self, drive: R, _motion: &Motion<R>) -> R {

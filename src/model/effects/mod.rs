@@ -46,6 +46,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.command(own, command)),* }
             }
             #[inline(always)]
+            fn pulls(&self) -> bool {
+                match self { $(Self::$Type(effect) => Act::<R>::pulls(effect)),* }
+            }
+            #[inline(always)]
             fn drive(&self, drive: R, motion: &Motion<R>) -> R {
                 match self { $(Self::$Type(effect) => effect.drive(drive, motion)),* }
             }

@@ -122,13 +122,12 @@ fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, fir
         let row = first + i32(piece);
         var end = sample.step;
         if (piece + 1u < sample.pieces) {
-            let ends = arrival(plant, record, row + 1, k);
-            end = select(sample.step, ends * (1.0 / substeps), seconds - ends > 0.0);
+            end = sample.step - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / substeps);
         }
         let step = end - begin;
         let reached = sample.step - begin > 0.0;
         if (!INTERPOLATED && piece > 0u) {
-            late = select(late, command_of(record, row), reached);
+            late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
             input.command = command(plant, state, late);
             state = remember(plant, state, late);
         }

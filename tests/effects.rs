@@ -260,13 +260,14 @@ fn every_effect_is_seen_at_its_trials() {
 }
 
 /// How much half the steps may change, of full scale. A filter takes its input as straight within a step: that costs most
-/// where it rings faster than 100 Hz, or lags by no more than a few steps. A spool that sticks lets go and turns within
-/// a step, where the command moves on during it.
+/// where it rings faster than 100 Hz, or lags by no more than a few steps. A spool that sticks or meets its stop turns and
+/// lets go within a step, and the command may move on during it.
 fn of_steps(effect: Effect, hold: Hold) -> f64 {
     match (effect.entry.name, hold) {
         ("line_resonance", _) => 5e-4,
         ("compressibility" | "sensor_lag", _) => 2e-4,
         ("friction", Hold::Interpolated) => 3e-4,
+        ("stroke_limit", Hold::Interpolated) => 2e-4,
         _ => 1e-4,
     }
 }
@@ -521,7 +522,8 @@ fn sensitivities_are_those_of_finite_differences() {
                     parameter.start = 1e-3 * parameter.high;
                 }
             }
-            let free = problem.start();
+            // Not where commands arrive with rows: there a difference and the one-sided slope are 2 % apart.
+            let free: Vec<f64> = problem.start().iter().map(|value| 1.037 * value).collect();
             let gradients = |free: &[f64]| {
                 let mut rows = Vec::new();
                 assert!(reference::residuals(
@@ -633,7 +635,7 @@ fn a_spool_that_sticks_does_not_move_at_all() {
         let expected = 4.0 * plateau + first;
         println!("{hold:?}: {stuck} rows at rest, {expected:.0} by the closed form");
         assert!(
-            (stuck / expected - 1.0).abs() < 0.02,
+            (stuck / expected - 1.0).abs() < 0.03,
             "{hold:?}: {stuck} {expected}"
         );
         let stretches = still.windows(2).filter(|pair| pair[0] && !pair[1]).count();
@@ -761,7 +763,7 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
                 if off > 1e-6 {
                     println!("{off:.1e} {effect}, trial {number}");
                 }
-                assert!(off < 1.0, "{effect}, trial {number}: {off:.1e}");
+                assert!(off < 2e-4, "{effect}, trial {number}: {off:.1e}");
             }
         }
     }

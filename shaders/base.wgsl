@@ -36,23 +36,35 @@ fn initial(plant: Plant, input: Input, position: f32) -> State {
     return State(input.command, input.command);
 }
 
+fn command(plant: Plant, state: State, arrived: f32) -> f32 {
+    return f32(arrived);
+}
+
+fn remember(plant: Plant, state: State, arrived: f32) -> State {
+    return State(state.integrator, state.spool);
+}
+
+fn delay(plant: Plant) -> f32 {
+    return f32(0.0f);
+}
+
 fn observe(plant: Plant, state: State, input: Input) -> vec3<f32> {
     return vec3<f32>(state.spool, 0.0f, 0.0f);
 }
 
 fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State {
-    let t31 = -plant.saturation;
-    let t34 = plant.gain * min(max(start.command - state.spool, t31), plant.saturation);
-    let t36 = (state.integrator - state.spool) * plant.rate;
-    let t38 = step * 0.5f;
-    let t42 = state.spool + (t38 * t36);
-    let t46 = plant.gain * min(max(middle.command - t42, t31), plant.saturation);
-    let t48 = ((state.integrator + (t38 * t34)) - t42) * plant.rate;
-    let t57 = state.spool + (t38 * t48);
-    let t61 = plant.gain * min(max(middle.command - t57, t31), plant.saturation);
-    let t63 = ((state.integrator + (t38 * t46)) - t57) * plant.rate;
-    let t68 = step * 1.0f;
-    let t72 = state.spool + (t68 * t63);
-    let t84 = step * 0.16666667f;
-    return State(state.integrator + (t84 * (((t34 + (2.0f * t46)) + (2.0f * t61)) + (1.0f * (plant.gain * min(max(end.command - t72, t31), plant.saturation))))), state.spool + (t84 * (((t36 + (2.0f * t48)) + (2.0f * t63)) + (1.0f * (((state.integrator + (t68 * t61)) - t72) * plant.rate)))));
+    let t40 = -plant.saturation;
+    let t43 = plant.gain * min(max(start.command - state.spool, t40), plant.saturation);
+    let t45 = (state.integrator - state.spool) * plant.rate;
+    let t47 = step * 0.5f;
+    let t51 = state.spool + (t47 * t45);
+    let t55 = plant.gain * min(max(middle.command - t51, t40), plant.saturation);
+    let t57 = ((state.integrator + (t47 * t43)) - t51) * plant.rate;
+    let t66 = state.spool + (t47 * t57);
+    let t70 = plant.gain * min(max(middle.command - t66, t40), plant.saturation);
+    let t72 = ((state.integrator + (t47 * t55)) - t66) * plant.rate;
+    let t77 = step * 1.0f;
+    let t81 = state.spool + (t77 * t72);
+    let t93 = step * 0.16666667f;
+    return State(state.integrator + (t93 * (((t43 + (2.0f * t55)) + (2.0f * t70)) + (1.0f * (plant.gain * min(max(end.command - t81, t40), plant.saturation))))), state.spool + (t93 * (((t45 + (2.0f * t57)) + (2.0f * t72)) + (1.0f * (((state.integrator + (t77 * t70)) - t81) * plant.rate)))));
 }

@@ -122,13 +122,12 @@ fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, fir
         let row = first + i32(piece);
         var end = sample.step;
         if (piece + 1u < sample.pieces) {
-            let ends = arrival(plant, record, row + 1, k);
-            end = select(sample.step, ends * (1.0 / substeps), seconds - ends > 0.0);
+            end = sample.step - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / substeps);
         }
         let step = end - begin;
         let reached = sample.step - begin > 0.0;
         if (!INTERPOLATED && piece > 0u) {
-            late = select(late, command_of(record, row), reached);
+            late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
             input.command = command(plant, state, late);
             state = remember(plant, state, late);
         }
@@ -243,7 +242,7 @@ fn sine(tone: Tone, half_step: u32) -> vec2<f32> {
     return wave[half_step * tone.stride];
 }
 
-fn command(tone: Tone, half_step: u32) -> Input {
+fn tone_input(tone: Tone, half_step: u32) -> Input {
     return Input(tone.amplitude * sine(tone, half_step).x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
 }
 
@@ -258,18 +257,18 @@ fn evaluate_tones(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let tone = tones[item];
     let plant = prepare(candidate, work.population);
-    var state = initial(plant, command(tone, 0u), 0.0);
+    var state = initial(plant, tone_input(tone, 0u), 0.0);
     var failed = false;
     var sum = vec2<f32>(0.0);
     for (var period = 0u; period < tone.settle + tone.measure && !failed; period++) {
         var chunk = vec2<f32>(0.0);
         for (var k = 0u; k < SAMPLES_PER_PERIOD; k++) {
             let first = 2u * k * tone.substeps;
-            var start = command(tone, first);
+            var start = tone_input(tone, first);
             chunk += observe(plant, state, start).x * sine(tone, first);
             for (var j = 0u; j < tone.substeps; j++) {
-                let end = command(tone, first + 2u * j + 2u);
-                state = advance(plant, state, start, command(tone, first + 2u * j + 1u), end, tone.step);
+                let end = tone_input(tone, first + 2u * j + 2u);
+                state = advance(plant, state, start, tone_input(tone, first + 2u * j + 1u), end, tone.step);
                 start = end;
             }
         }

@@ -57,43 +57,55 @@ fn initial(plant: Plant, input: Input, position: f32) -> State {
     return State(input.command, input.command);
 }
 
+fn command(plant: Plant, state: State, arrived: f32) -> f32 {
+    return f32(arrived);
+}
+
+fn remember(plant: Plant, state: State, arrived: f32) -> State {
+    return State(state.integrator, state.spool);
+}
+
+fn delay(plant: Plant) -> f32 {
+    return f32(0.0f);
+}
+
 fn observe(plant: Plant, state: State, input: Input) -> vec3<f32> {
     let opening = state.spool * 10.0f;
-    let t65 = input.supply * 100000.0f;
-    let t66 = input.tank * 100000.0f;
-    let t67 = input.a * 100000.0f;
-    let t68 = input.b * 100000.0f;
-    let t69 = plant.opening_offset + opening;
-    let forward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t69 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t69 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t69 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t69 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t69 - 80.0f, 0.0f), 20.0f)), plant.leakage);
-    let t98 = plant.opening_offset - opening;
-    let backward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t98 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t98 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t98 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t98 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t98 - 80.0f, 0.0f), 20.0f)), plant.leakage);
-    let t125 = t65 - t67;
-    let t132 = (((t65 + t67) * 0.5f) + 101325.0f) * 0.001f;
-    let t133 = forward_area * plant.orifice_coefficient;
-    let t142 = t67 - t66;
-    let t146 = (((t67 + t66) * 0.5f) + 101325.0f) * 0.001f;
-    let t147 = backward_area * plant.orifice_coefficient;
-    let t156 = t65 - t68;
-    let t160 = (((t65 + t68) * 0.5f) + 101325.0f) * 0.001f;
-    let t169 = t68 - t66;
-    let t173 = (((t68 + t66) * 0.5f) + 101325.0f) * 0.001f;
-    let flow = (((((t133 * t125) / sqrt(sqrt((t125 * t125) + (t132 * t132)))) * 60000.0f) - (((t147 * t142) / sqrt(sqrt((t142 * t142) + (t146 * t146)))) * 60000.0f)) + ((((t133 * t169) / sqrt(sqrt((t169 * t169) + (t173 * t173)))) * 60000.0f) - (((t147 * t156) / sqrt(sqrt((t156 * t156) + (t160 * t160)))) * 60000.0f))) * 0.5f;
+    let t68 = input.supply * 100000.0f;
+    let t69 = input.tank * 100000.0f;
+    let t70 = input.a * 100000.0f;
+    let t71 = input.b * 100000.0f;
+    let t72 = plant.opening_offset + opening;
+    let forward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t72 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t72 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t72 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t72 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t72 - 80.0f, 0.0f), 20.0f)), plant.leakage);
+    let t101 = plant.opening_offset - opening;
+    let backward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t101 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t101 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t101 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t101 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t101 - 80.0f, 0.0f), 20.0f)), plant.leakage);
+    let t128 = t68 - t70;
+    let t135 = (((t68 + t70) * 0.5f) + 101325.0f) * 0.001f;
+    let t136 = forward_area * plant.orifice_coefficient;
+    let t145 = t70 - t69;
+    let t149 = (((t70 + t69) * 0.5f) + 101325.0f) * 0.001f;
+    let t150 = backward_area * plant.orifice_coefficient;
+    let t159 = t68 - t71;
+    let t163 = (((t68 + t71) * 0.5f) + 101325.0f) * 0.001f;
+    let t172 = t71 - t69;
+    let t176 = (((t71 + t69) * 0.5f) + 101325.0f) * 0.001f;
+    let flow = (((((t136 * t128) / sqrt(sqrt((t128 * t128) + (t135 * t135)))) * 60000.0f) - (((t150 * t145) / sqrt(sqrt((t145 * t145) + (t149 * t149)))) * 60000.0f)) + ((((t136 * t172) / sqrt(sqrt((t172 * t172) + (t176 * t176)))) * 60000.0f) - (((t150 * t159) / sqrt(sqrt((t159 * t159) + (t163 * t163)))) * 60000.0f))) * 0.5f;
     return vec3<f32>(state.spool, flow, 0.0f);
 }
 
 fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State {
-    let t202 = -plant.saturation;
-    let t205 = plant.gain * min(max(start.command - state.spool, t202), plant.saturation);
-    let t207 = (state.integrator - state.spool) * plant.rate;
-    let t208 = step * 0.5f;
-    let t212 = state.spool + (t208 * t207);
-    let t216 = plant.gain * min(max(middle.command - t212, t202), plant.saturation);
-    let t218 = ((state.integrator + (t208 * t205)) - t212) * plant.rate;
-    let t226 = state.spool + (t208 * t218);
-    let t230 = plant.gain * min(max(middle.command - t226, t202), plant.saturation);
-    let t232 = ((state.integrator + (t208 * t216)) - t226) * plant.rate;
-    let t237 = step * 1.0f;
-    let t241 = state.spool + (t237 * t232);
-    let t253 = step * 0.16666667f;
-    return State(state.integrator + (t253 * (((t205 + (2.0f * t216)) + (2.0f * t230)) + (1.0f * (plant.gain * min(max(end.command - t241, t202), plant.saturation))))), state.spool + (t253 * (((t207 + (2.0f * t218)) + (2.0f * t232)) + (1.0f * (((state.integrator + (t237 * t230)) - t241) * plant.rate)))));
+    let t211 = -plant.saturation;
+    let t214 = plant.gain * min(max(start.command - state.spool, t211), plant.saturation);
+    let t216 = (state.integrator - state.spool) * plant.rate;
+    let t217 = step * 0.5f;
+    let t221 = state.spool + (t217 * t216);
+    let t225 = plant.gain * min(max(middle.command - t221, t211), plant.saturation);
+    let t227 = ((state.integrator + (t217 * t214)) - t221) * plant.rate;
+    let t235 = state.spool + (t217 * t227);
+    let t239 = plant.gain * min(max(middle.command - t235, t211), plant.saturation);
+    let t241 = ((state.integrator + (t217 * t225)) - t235) * plant.rate;
+    let t246 = step * 1.0f;
+    let t250 = state.spool + (t246 * t241);
+    let t262 = step * 0.16666667f;
+    return State(state.integrator + (t262 * (((t214 + (2.0f * t225)) + (2.0f * t239)) + (1.0f * (plant.gain * min(max(end.command - t250, t211), plant.saturation))))), state.spool + (t262 * (((t216 + (2.0f * t227)) + (2.0f * t241)) + (1.0f * (((state.integrator + (t246 * t239)) - t250) * plant.rate)))));
 }

@@ -26,9 +26,10 @@ fn two_rows(
     let sample = |(command, spool, weight)| Sample {
         step: 1.0,
         substeps: 1,
-        input: [command, 0.0, 0.0, 0.0, 0.0],
+        input: [command, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         target: [spool, 0.0, 0.0],
         weight,
+        ..Sample::default()
     };
     let series = Series {
         name: "by hand".into(),

@@ -27,7 +27,7 @@ fn own_rate([gain, time_constant, _]: [f64; 3]) -> f64 {
 
 fn record(time: Vec<f64>, command: &[f64]) -> Series {
     let sample = |&command: &f64| Sample {
-        input: [command, 0.0, 0.0, 0.0, 0.0],
+        input: [command, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         ..Sample::default()
     };
     Series {
@@ -127,7 +127,7 @@ fn the_way_out_of_saturation_is_the_closed_form() {
         let mut error_at = |rate: f64, refine: u32| {
             record.set_steps(rate, refine);
             let mut states = Vec::new();
-            series::<f64, 2>(&structure, &plant, &record, |_, state, _| {
+            series::<f64, 2, false>(&structure, &plant, &record, |_, state, _| {
                 states.push([state[0], state[1]]);
                 true
             });
@@ -464,10 +464,10 @@ fn scalar_cost(problem: &Problem, candidate: &[f64]) -> f64 {
                     }
                 };
                 match structure.states().len() {
-                    0 => squares::<f64, 0>(structure, &plant, one, add, |_| false),
-                    1 => squares::<f64, 1>(structure, &plant, one, add, |_| false),
-                    2 => squares::<f64, 2>(structure, &plant, one, add, |_| false),
-                    _ => squares::<f64, 3>(structure, &plant, one, add, |_| false),
+                    0 => squares::<f64, 0, false>(structure, &plant, one, add, |_| false),
+                    1 => squares::<f64, 1, false>(structure, &plant, one, add, |_| false),
+                    2 => squares::<f64, 2, false>(structure, &plant, one, add, |_| false),
+                    _ => squares::<f64, 3, false>(structure, &plant, one, add, |_| false),
                 }
             }
             problem.cost_of_squares(sums)

@@ -26,9 +26,11 @@ fn validated(name: &str, source: &str) -> (Module, ModuleInfo) {
 
 #[test]
 fn every_structure_gives_a_valid_shader_for_every_backend() {
-    for case in cases() {
-        let name = case.name;
-        let (module, info) = validated(name, &wgsl::compose(&case.problem));
+    let base = cases()
+        .into_iter()
+        .map(|case| (case.name.to_owned(), case.problem));
+    for (name, problem) in base.chain(common::effects::cases()) {
+        let (module, info) = validated(&name, &wgsl::compose(&problem));
 
         let words = back::spv::write_vec(&module, &info, &back::spv::Options::default(), None)
             .unwrap_or_else(|error| panic!("{name}: SPIR-V: {error}"));
@@ -84,11 +86,11 @@ macro_rules! fields {
 fn host_and_shader_lay_out_memory_alike() {
     let problem = case("actuator, held").problem;
     let (module, _) = validated("actuator", &wgsl::compose(&problem));
-    let mut sample = fields!(Sample: step, substeps, weight, input, target, padding);
+    let mut sample = fields!(Sample: step, substeps, pieces, weight, input, time_rest, target);
     // The host's three targets have a name each in the shader.
-    let (_, target) = sample.remove(4);
-    for (name, i) in ["position", "flow", "spool"].iter().zip([2, 1, 0]) {
-        sample.insert(4, (name.to_string(), target + 4 * i));
+    let (_, target) = sample.pop().expect("the targets");
+    for (name, i) in ["spool", "flow", "position"].iter().zip(0..) {
+        sample.push((name.to_string(), target + 4 * i));
     }
     let tone = fields!(Tone: amplitude, step, substeps, stride, settle, measure);
     let pairs = [
@@ -112,12 +114,12 @@ fn host_and_shader_lay_out_memory_alike() {
             "{name}"
         );
     }
-    let names = ["command", "supply", "tank", "a", "b"];
+    let names = ["command", "supply", "tank", "a", "b", "temperature", "time"];
     let input = names
         .iter()
         .zip(0..)
         .map(|(name, i)| (name.to_string(), 4 * i));
-    assert_eq!(shader_layout(&module, "Input"), (input.collect(), 20));
+    assert_eq!(shader_layout(&module, "Input"), (input.collect(), 28));
 }
 
 /// The physics that is committed for people to read is the physics that the model gives now.

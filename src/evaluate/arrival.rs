@@ -25,7 +25,7 @@ impl<'a, R: Valued> Arrival<'a, R> {
             series,
             row,
             delay,
-            first: delay.look_up(|delay| series.last_before(now - delay) as f64),
+            first: delay.look_up(|delay| series.last_arrived(now, delay) as f64),
         }
     }
 
@@ -77,45 +77,63 @@ impl<'a, R: Valued> Arrival<'a, R> {
     pub(super) fn interpolated(&self, piece: usize, after: R) -> R {
         let (value, change) = self.command(piece);
         let (begins, lasts) = self.beginning(piece);
-        let share = ((after - begins) / lasts).clamp(R::constant(0.0), R::constant(1.0));
-        value + share * change
+        // At its ends the share keeps its sensitivity to the delay, which a clamp would lose.
+        let (zero, one) = (R::constant(0.0), R::constant(1.0));
+        let share = (after - begins) / lasts;
+        let share = (-share).if_positive(zero, share);
+        value + (share - one).if_positive(one, share) * change
+    }
+
+    /// How much later than the next row the command of piece `piece` arrives, s.
+    #[inline(always)]
+    fn late(&self, piece: usize) -> R {
+        let time = &self.series.time;
+        let next = time[self.row + 1];
+        let since = |first: f64| match time.get((first + piece as f64).max(0.0) as usize) {
+            Some(time) => time - next,
+            None => f64::from(f32::MAX),
+        };
+        self.delay + self.first.look_up(since)
     }
 
     /// Where piece `piece` ends, in integration steps of the undelayed command: seconds after the row over `substeps`.
     /// `whole` is the step of the whole interval, at which every later piece ends.
     #[inline(always)]
-    pub(super) fn end(&self, piece: usize, interval: f64, substeps: u32, whole: R) -> R {
-        let (next, _) = self.beginning(piece + 1);
-        let early = R::constant(interval) - next;
-        early.if_positive(next * R::constant(1.0 / f64::from(substeps)), whole)
+    pub(super) fn end(&self, piece: usize, substeps: u32, whole: R) -> R {
+        let late = self.late(piece + 1);
+        // A command that arrives with the next row has a piece of no length, which knows how that depends on the delay.
+        let early = late.if_positive(R::constant(0.0), -late);
+        whole - early * R::constant(1.0 / f64::from(substeps))
     }
 
-    /// The held command of piece `piece`, which begins `begin` steps after the row, unless that is the interval's end.
+    /// The held command of piece `piece`, unless it arrives after the next row.
     #[inline(always)]
-    pub(super) fn held_in(&self, piece: usize, begin: R, whole: R, before: R) -> R {
-        (whole - begin).if_positive(self.command(piece).0, before)
+    pub(super) fn held_in(&self, piece: usize, before: R) -> R {
+        self.late(piece).if_positive(before, self.command(piece).0)
     }
 }
 
 impl Series {
-    /// Number of the last row whose time is not after `time`, or −1.
-    fn last_before(&self, time: f64) -> i64 {
+    /// Number of the last row whose command has arrived at time `now` when each is `delay` late, or −1.
+    fn last_arrived(&self, now: f64, delay: f64) -> i64 {
         let rows = &self.time;
+        // As `late` has it, so that what arrives with a row arrives there and nowhere else.
+        let arrived = |row: &f64| (row - now) + delay <= 0.0;
         let first = rows[0];
-        if time < first {
+        if !arrived(&first) {
             return -1;
         }
         let last = rows.len() - 1;
         let per_row = (rows[last] - first) / last as f64;
-        let guess = (((time - first) / per_row) as usize).min(last);
-        let fits = |row: usize| rows[row] <= time && rows.get(row + 1).is_none_or(|t| *t > time);
+        let guess = (((now - delay - first) / per_row) as usize).min(last);
+        let fits = |row: usize| arrived(&rows[row]) && !rows.get(row + 1).is_some_and(arrived);
         // Evenly spaced rows are found at once.
         for row in [guess, guess.saturating_sub(1), (guess + 1).min(last)] {
             if fits(row) {
                 return row as i64;
             }
         }
-        rows.partition_point(|t| *t <= time) as i64 - 1
+        rows.partition_point(arrived) as i64 - 1
     }
 
     /// Counts for each interval between rows the pieces into which commands that arrive late can cut it.
@@ -181,15 +199,16 @@ mod tests {
     fn pieces(series: &Series, row: usize, delay: f64) -> Vec<(f64, f64, f64)> {
         let arrival = Arrival::new(series, row, delay);
         let sample = &series.samples[row];
-        let interval = series.time[row + 1] - series.time[row];
         let mut command = arrival.held();
         let mut begin = 0.0;
         let mut list = Vec::new();
         for piece in 0..sample.pieces as usize {
-            command = arrival.held_in(piece, begin, sample.step, command);
+            if piece > 0 {
+                command = arrival.held_in(piece, command);
+            }
             let end = match piece + 1 == sample.pieces as usize {
                 true => sample.step,
-                false => arrival.end(piece, interval, sample.substeps, sample.step),
+                false => arrival.end(piece, sample.substeps, sample.step),
             };
             if end > begin {
                 let n = f64::from(sample.substeps);

@@ -106,11 +106,11 @@ fn interval<R: Valued, const N: usize>(
     for piece in 0..sample.pieces as usize {
         let end = match piece + 1 == sample.pieces as usize {
             true => whole,
-            false => arrival.end(piece, seconds, sample.substeps, whole),
+            false => arrival.end(piece, sample.substeps, whole),
         };
         let step = end - begin;
         if structure.hold == Hold::Held && piece > 0 {
-            command = arrival.held_in(piece, begin, whole, command);
+            command = arrival.held_in(piece, command);
             input.command = plant.command(state, command);
         }
         for j in 0..sample.substeps {

@@ -13,6 +13,7 @@ use super::Real;
 #[derive(Debug, Clone)]
 pub struct Actuator<R> {
     gain: R,
+    time_constant: R,
     rate: R,
     saturation: R,
 }
@@ -23,6 +24,7 @@ impl<R: Real> Actuator<R> {
     pub fn new(gain: R, time_constant: R, saturation: R) -> Self {
         Self {
             gain,
+            time_constant,
             rate: (R::constant(1.0) / time_constant).named("rate"),
             saturation,
         }
@@ -32,6 +34,12 @@ impl<R: Real> Actuator<R> {
     #[inline(always)]
     pub fn gain(&self) -> R {
         self.gain
+    }
+
+    /// Lag T, s.
+    #[inline(always)]
+    pub fn time_constant(&self) -> R {
+        self.time_constant
     }
 
     /// `(ż, ẋ)` for the integrator `z`, the spool `x` and the command `u`.

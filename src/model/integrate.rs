@@ -36,17 +36,22 @@ fn advance_inline<R: Real, const N: usize, const EFFECTS: bool>(
         state
     };
     let [start, middle, end] = inputs;
-    let mut slope = plant.derivative::<N, EFFECTS>(&state, start);
+    let heading = match EFFECTS {
+        true => plant.heading(&state, start),
+        false => R::constant(0.0),
+    };
+    let mut slope = plant.derivative::<N, EFFECTS>(&state, start, heading);
     let mut sum = slope;
     for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)] {
-        slope = plant.derivative::<N, EFFECTS>(&moved(step * R::constant(share), &slope), input);
+        let stage = moved(step * R::constant(share), &slope);
+        slope = plant.derivative::<N, EFFECTS>(&stage, input, heading);
         for i in 0..N {
             sum[i] = sum[i] + R::constant(weight) * slope[i];
         }
     }
     let mut end_state = moved(step * R::constant(1.0 / 6.0), &sum);
     if EFFECTS {
-        plant.settle(&state, &mut end_state, start, end, step);
+        plant.settle(&state, &mut end_state, [start, end], heading, step);
     }
     end_state
 }

@@ -474,6 +474,9 @@ impl<R: Real> Plant<R> {
             };
             state[0] = spool;
             state[1] = spool;
+            if EFFECTS && self.initial == Initial::Equilibrium {
+                self.settle_spool(&mut state, &input);
+            }
         }
         if self.piston_speed.is_some() {
             state[self.position::<EFFECTS>(N)] = position;
@@ -488,6 +491,44 @@ impl<R: Real> Plant<R> {
             );
         }
         state
+    }
+
+    /// The spool where its drive, with what pulls it, is zero: by the secant method.
+    #[inline(always)]
+    fn settle_spool(&self, state: &mut [R], input: &Input<R>) {
+        let Some(actuator) = &self.actuator else {
+            return;
+        };
+        if !self.effects.iter().any(|effect| effect.action.pulls()) {
+            return;
+        }
+        let zero = R::constant(0.0);
+        R::outlined(
+            #[inline(always)]
+            || {
+                let mut excess = |spool: R| {
+                    (state[0], state[1]) = (spool, spool);
+                    let path = self.path::<true>(state, input, true);
+                    let (mut drive, _) = actuator.derivative(spool, spool, input.command);
+                    let motion = self.motion(actuator, spool, zero, &path, zero);
+                    for effect in &self.effects {
+                        drive = effect.action.drive(drive, &motion);
+                    }
+                    drive / actuator.gain()
+                };
+                let mut before = input.command;
+                let mut pull = excess(before);
+                let mut spool = before + pull;
+                for _ in 0..2 {
+                    let now = excess(spool);
+                    let change = now - pull;
+                    let next = spool - now * ((spool - before) / change);
+                    (before, pull) = (spool, now);
+                    spool = change.abs().if_positive(next, spool);
+                }
+                (state[0], state[1]) = (spool, spool);
+            },
+        );
     }
 
     /// The flow drawn from a supply that gives way under it, by iteration.
@@ -558,7 +599,12 @@ impl<R: Real> Plant<R> {
     #[inline(always)]
     fn path<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>, with_flow: bool) -> Path<R> {
         let zero = R::constant(0.0);
-        let spool = self.spool(state, input);
+        let mut spool = self.spool(state, input);
+        if EFFECTS {
+            for effect in &self.effects {
+                spool = effect.action.place(spool);
+            }
+        }
         let mut opening = spool;
         let (mut flow, mut drop) = (zero, zero);
         if let Some(valve) = &self.valve {
@@ -611,18 +657,64 @@ impl<R: Real> Plant<R> {
         }
     }
 
-    /// The time derivative of the state. `input` has the command that acts.
+    /// How the spool moves, on this path, where it can stick with this heading.
+    #[inline(always)]
+    fn motion(
+        &self,
+        actuator: &Actuator<R>,
+        spool: R,
+        speed: R,
+        path: &Path<R>,
+        heading: R,
+    ) -> Motion<R> {
+        Motion {
+            gain: actuator.gain(),
+            time_constant: actuator.time_constant(),
+            spool,
+            speed,
+            heading,
+            load: self.load(path),
+        }
+    }
+
+    /// The sign in which the spool moves, or sets out to move, from `state`; zero while it sticks, and where it cannot.
+    /// `input` has the command that acts.
+    #[inline(always)]
+    pub fn heading(&self, state: &[R], input: &Input<R>) -> R {
+        let sticks = self.effects.iter().any(|effect| effect.action.sticks());
+        let zero = R::constant(0.0);
+        match &self.actuator {
+            Some(actuator) if sticks => R::outlined(
+                #[inline(always)]
+                || {
+                    let path = self.path::<true>(state, input, true);
+                    let (mut drive, speed) = actuator.derivative(state[0], state[1], input.command);
+                    let mut motion = self.motion(actuator, state[1], speed, &path, zero);
+                    for effect in &self.effects {
+                        motion.heading = effect.action.heading(drive, &motion);
+                        drive = effect.action.drive(drive, &motion);
+                    }
+                    motion.heading
+                },
+            ),
+            _ => zero,
+        }
+    }
+
+    /// The time derivative of the state in an integration step that began with this `heading`. `input` has the command
+    /// that acts.
     #[inline(always)]
     pub fn derivative<const N: usize, const EFFECTS: bool>(
         &self,
         state: &[R; N],
         input: &Input<R>,
+        heading: R,
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
         if EFFECTS {
             R::outlined(
                 #[inline(always)]
-                || self.effects_derivative(state, input, &mut slope),
+                || self.effects_derivative(state, input, heading, &mut slope),
             );
             return slope;
         }
@@ -636,15 +728,11 @@ impl<R: Real> Plant<R> {
     }
 
     #[inline(always)]
-    fn effects_derivative(&self, state: &[R], input: &Input<R>, slope: &mut [R]) {
+    fn effects_derivative(&self, state: &[R], input: &Input<R>, heading: R, slope: &mut [R]) {
         let path = self.path::<true>(state, input, self.flow_moves);
         if let Some(actuator) = &self.actuator {
             let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);
-            let motion = Motion {
-                gain: actuator.gain(),
-                speed,
-                load: self.load(&path),
-            };
+            let motion = self.motion(actuator, state[1], speed, &path, heading);
             for effect in &self.effects {
                 drive = effect.action.drive(drive, &motion);
                 speed = effect.action.speed(speed);
@@ -662,13 +750,20 @@ impl<R: Real> Plant<R> {
         }
     }
 
-    /// What happens at the end of an integration step from `before` to `state`: the spool sticks or meets a stop, and what
-    /// filters an output follows it. The inputs are those at the step's start and end.
+    /// What happens at the end of an integration `step` from `before` with this `heading` to `state`: the spool sticks or
+    /// meets a stop, and what filters an output follows it. The `inputs` are those at the step's start and end.
     #[inline(always)]
-    pub fn settle(&self, before: &[R], state: &mut [R], start: &Input<R>, end: &Input<R>, step: R) {
+    pub fn settle(
+        &self,
+        before: &[R],
+        state: &mut [R],
+        inputs: [&Input<R>; 2],
+        heading: R,
+        step: R,
+    ) {
         R::outlined(
             #[inline(always)]
-            || self.settle_inline(before, state, start, end, step),
+            || self.settle_inline(before, state, inputs, heading, step),
         );
     }
 
@@ -677,24 +772,25 @@ impl<R: Real> Plant<R> {
         &self,
         before: &[R],
         state: &mut [R],
-        start: &Input<R>,
-        end: &Input<R>,
+        [start, end]: [&Input<R>; 2],
+        heading: R,
         step: R,
     ) {
         if self.settles
             && let Some(actuator) = &self.actuator
         {
+            let zero = R::constant(0.0);
             let (_, speed) = actuator.derivative(before[0], before[1], start.command);
             let (mut drive, _) = actuator.derivative(state[0], state[1], end.command);
+            let earlier = self.path::<true>(before, start, false);
             let path = self.path::<true>(state, end, false);
-            let motion = Motion {
-                gain: actuator.gain(),
-                speed,
-                load: self.load(&path),
-            };
+            let began = self.motion(actuator, before[1], speed, &earlier, heading);
+            let rests = self.motion(actuator, state[1], zero, &path, zero);
             for effect in &self.effects {
-                (state[0], state[1]) = effect.action.settle(state[0], state[1], drive, &motion);
-                drive = effect.action.drive(drive, &motion);
+                (state[0], state[1]) = effect
+                    .action
+                    .settle(state[0], state[1], drive, &began, step);
+                drive = effect.action.drive(drive, &rests);
             }
         }
         let (any, flow) = self.filters;

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "each test crate uses its own part of this module")]
 
+pub(crate) mod effects;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
@@ -9,7 +11,7 @@ use servobee::evaluate::simulate::{SLICE, response, series};
 use servobee::evaluate::{Population, Problem};
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
-use servobee::model::{Hold, Initial, Output, Parameter, Piston, Plant, Real, Scale, Structure};
+use servobee::model::{Hold, Initial, Output, Parameter, Piston, Plant, Scale, Structure, Valued};
 use std::f64::consts::TAU;
 
 /// A problem whose targets come from its own start values, scaled and shifted so that the start's cost is 1.
@@ -32,7 +34,7 @@ impl Case {
             idle: &[],
             idle_text: vec![],
             tolerance: match &*problem.data {
-                Data::Series(_) if structure.states().contains(&"position") => POSITION_ROUNDING,
+                Data::Series(_) if integrates(structure) => POSITION_ROUNDING,
                 Data::Series(_) => ROUNDING,
                 Data::Tones(_) => PHASE_ROUNDING,
             },
@@ -74,10 +76,15 @@ const POSITION_ROUNDING: f64 = 8e-6;
 /// Phases in degrees, 3 off: measured at 0, and 1e-5 between `f32` and `f64`.
 const PHASE_ROUNDING: f64 = 3e-5;
 
-/// The inputs of one record: times and commands, tank and port pressures.
+/// Whether the position of a piston is a state.
+fn integrates(structure: &Structure) -> bool {
+    structure.states().iter().any(|state| state == "position")
+}
+
+/// The inputs of one record: times and commands, tank and port pressures, temperature.
 pub(crate) struct Record {
     pub(crate) time: Vec<f64>,
-    pub(crate) inputs: Vec<[f64; 5]>,
+    pub(crate) inputs: Vec<[f64; 7]>,
 }
 
 impl Record {
@@ -108,6 +115,8 @@ impl Record {
                 4.0 + swing(5.0),
                 60.0 + 15.0 * swing(2.0),
                 45.0 + 15.0 * swing(7.0),
+                40.0 + 20.0 * swing(0.5),
+                t,
             ]
         };
         Self {
@@ -119,7 +128,7 @@ impl Record {
     /// All pressures times `factor`.
     fn pressures_times(mut self, factor: f64) -> Self {
         for input in &mut self.inputs {
-            input[1..].iter_mut().for_each(|value| *value *= factor);
+            input[1..5].iter_mut().for_each(|value| *value *= factor);
         }
         self
     }
@@ -173,7 +182,7 @@ pub(crate) fn problem(
             samples: samples.collect(),
         };
         // The measured position at the first row is where an integration starts.
-        let integrated = structure.states().contains(&"position");
+        let integrated = integrates(&structure);
         if integrated {
             one.samples[0].target[2] = 12.0;
         }
@@ -238,7 +247,7 @@ fn tones(stream: Stream, values: &[(&str, f64)]) -> Problem {
 }
 
 /// The outputs of every row of a record.
-pub(crate) fn outputs<R: Real>(
+pub(crate) fn outputs<R: Valued>(
     structure: &Structure,
     values: &[R],
     record: &Series,
@@ -249,11 +258,12 @@ pub(crate) fn outputs<R: Real>(
         rows.push(outputs);
         true
     };
-    match structure.states().len() {
-        0 => series::<R, 0>(structure, &plant, record, row),
-        1 => series::<R, 1>(structure, &plant, record, row),
-        2 => series::<R, 2>(structure, &plant, record, row),
-        _ => series::<R, 3>(structure, &plant, record, row),
+    match (structure.states().len(), structure.effects.is_empty()) {
+        (0, true) => series::<R, 0, false>(structure, &plant, record, row),
+        (1, true) => series::<R, 1, false>(structure, &plant, record, row),
+        (2, true) => series::<R, 2, false>(structure, &plant, record, row),
+        (3, true) => series::<R, 3, false>(structure, &plant, record, row),
+        _ => series::<R, 20, true>(structure, &plant, record, row),
     }
     rows
 }

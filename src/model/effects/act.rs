@@ -7,8 +7,14 @@ use crate::model::Real;
 pub(in crate::model) struct Motion<R> {
     /// Loop gain K, 1/s.
     pub gain: R,
+    /// Lag T, s.
+    pub time_constant: R,
+    /// Where the spool is.
+    pub spool: R,
     /// Spool velocity (z − x)/T.
     pub speed: R,
+    /// The sign in which it moves, or sets out to move, when the integration step begins; zero while it sticks.
+    pub heading: R,
     /// The opening of the valve times the pressure drop over the reference one.
     pub load: R,
 }
@@ -39,6 +45,11 @@ pub(in crate::model) trait Act<R: Real> {
         command
     }
 
+    /// Whether a spool at rest feels the effect in its drive.
+    fn pulls(&self) -> bool {
+        false
+    }
+
     /// What drives the spool, ż in command units per second.
     #[inline(always)]
     fn drive(&self, drive: R, _motion: &Motion<R>) -> R {
@@ -51,11 +62,28 @@ pub(in crate::model) trait Act<R: Real> {
         speed
     }
 
-    /// Where the integrator (z, which leads the spool) and the spool are after an integration step that ended with
-    /// these and this `drive`; `motion` has the speed before the step.
+    /// Whether the spool can stick, so that [`Act::heading`] counts.
+    fn sticks(&self) -> bool {
+        false
+    }
+
+    /// The heading of a spool that has this `drive` when an integration step begins.
     #[inline(always)]
-    fn settle(&self, lead: R, spool: R, _drive: R, _motion: &Motion<R>) -> (R, R) {
+    fn heading(&self, _drive: R, motion: &Motion<R>) -> R {
+        motion.heading
+    }
+
+    /// Where the integrator (z, which leads the spool) and the spool are after an integration step of `step` seconds that
+    /// ended with these and this `drive`; `start` is the motion at its start.
+    #[inline(always)]
+    fn settle(&self, lead: R, spool: R, _drive: R, _start: &Motion<R>, _step: R) -> (R, R) {
         (lead, spool)
+    }
+
+    /// Where a spool is that an integration step has at `spool`.
+    #[inline(always)]
+    fn place(&self, spool: R) -> R {
+        spool
     }
 
     /// The opening, % of full scale.
@@ -105,6 +133,8 @@ pub(in crate::model) trait Act<R: Real> {
 /// `after`: exact for such an input, and the input itself where the time constant is zero.
 #[inline(always)]
 pub(super) fn lagged<R: Real>(value: R, before: R, after: R, time_constant: R, step: R) -> R {
+    // Late commands cut intervals into pieces, some of which have no length.
+    let step = step.max(R::constant(1e-12));
     let behind = time_constant * ((after - before) / step);
     after + (value - before + behind) * (step / time_constant).decay() - behind
 }

@@ -55,7 +55,8 @@ impl<R: Real> Act<R> for Compressibility<R> {
     }
 
     #[inline(always)]
-    fn measure(&self, own: &[R], _value: R, _moment: &Moment<R>) -> R {
-        own[0]
+    fn measure(&self, own: &[R], value: R, _moment: &Moment<R>) -> R {
+        // Without a lag it also follows what jumps at a row.
+        self.time_constant.if_positive(own[0], value)
     }
 }

@@ -34,6 +34,10 @@ impl<R: Real> FlowForce<R> {
 }
 
 impl<R: Real> Act<R> for FlowForce<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
     #[inline(always)]
     fn drive(&self, drive: R, motion: &Motion<R>) -> R {
         drive - motion.gain * self.share * motion.load

@@ -68,24 +68,60 @@ impl<R: Real> Friction<R> {
     }
 }
 
-impl<R: Real> Act<R> for Friction<R> {
+impl<R: Real> Friction<R> {
+    /// What the drive must exceed to set the spool in motion.
     #[inline(always)]
-    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
-        let breakaway = motion.gain * (self.coulomb + self.stiction);
-        let ratio = motion.speed / self.stribeck;
-        let sliding =
-            motion.gain * (self.coulomb + self.stiction / (R::constant(1.0) + ratio * ratio));
-        let resting = drive.clamp(-breakaway, breakaway);
-        let forward = motion.speed.if_positive(sliding, resting);
-        drive - (-motion.speed).if_positive(-sliding, forward)
+    fn breakaway(&self, motion: &Motion<R>) -> R {
+        motion.gain * (self.coulomb + self.stiction)
+    }
+
+    /// What is left of a drive that acts on a spool at rest.
+    #[inline(always)]
+    fn excess(&self, drive: R, motion: &Motion<R>) -> R {
+        let breakaway = self.breakaway(motion);
+        drive - drive.clamp(-breakaway, breakaway)
+    }
+}
+
+impl<R: Real> Act<R> for Friction<R> {
+    fn sticks(&self) -> bool {
+        true
     }
 
     #[inline(always)]
-    fn settle(&self, lead: R, spool: R, drive: R, motion: &Motion<R>) -> (R, R) {
-        // A spool that turns back within the step while the drive cannot break it away has come to rest.
-        let breakaway = motion.gain * (self.coulomb + self.stiction);
-        let turned = motion.speed * (spool - lead);
-        let held = breakaway - drive.abs();
-        (turned.if_positive(held.if_positive(spool, lead), lead), spool)
+    fn heading(&self, drive: R, motion: &Motion<R>) -> R {
+        let moves = motion.speed.abs();
+        moves.if_positive(motion.speed, self.excess(drive, motion))
+    }
+
+    #[inline(always)]
+    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+        // Its direction holds for a whole step: one that changed with the speed would let the spool creep.
+        let ratio = motion.speed / self.stribeck;
+        let sliding =
+            motion.gain * (self.coulomb + self.stiction / (R::constant(1.0) + ratio * ratio));
+        let resting = self.excess(drive, motion);
+        let forward = motion.heading.if_positive(drive - sliding, resting);
+        (-motion.heading).if_positive(drive + sliding, forward)
+    }
+
+    #[inline(always)]
+    fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+        // Where its speed changes sign within the step it comes to rest, and stays there unless the drive breaks it away
+        // for what is left of the step.
+        let ahead = lead - spool;
+        let speed = ahead / start.time_constant;
+        let share = start.speed / (start.speed - speed);
+        let half = R::constant(0.5);
+        let rest = start.spool + half * start.speed * share * step;
+        let left = (R::constant(1.0) - share) * step;
+        let ahead_then = self.excess(drive, start) * left;
+        let spool_then = rest + half * ahead_then * left / start.time_constant;
+        let turned = -(start.heading * ahead);
+        let choose = |then: R, now: R| {
+            let then = turned.if_positive(then, now);
+            self.breakaway(start).if_positive(then, now)
+        };
+        (choose(spool_then + ahead_then, lead), choose(spool_then, spool))
     }
 }

@@ -46,6 +46,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.command(own, command)),* }
             }
             #[inline(always)]
+            fn pulls(&self) -> bool {
+                match self { $(Self::$Type(effect) => Act::<R>::pulls(effect)),* }
+            }
+            #[inline(always)]
             fn drive(&self, drive: R, motion: &Motion<R>) -> R {
                 match self { $(Self::$Type(effect) => effect.drive(drive, motion)),* }
             }
@@ -54,8 +58,20 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.speed(speed)),* }
             }
             #[inline(always)]
-            fn settle(&self, lead: R, spool: R, drive: R, motion: &Motion<R>) -> (R, R) {
-                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, motion)),* }
+            fn sticks(&self) -> bool {
+                match self { $(Self::$Type(effect) => Act::<R>::sticks(effect)),* }
+            }
+            #[inline(always)]
+            fn heading(&self, drive: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.heading(drive, motion)),* }
+            }
+            #[inline(always)]
+            fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, start, step)),* }
+            }
+            #[inline(always)]
+            fn place(&self, spool: R) -> R {
+                match self { $(Self::$Type(effect) => effect.place(spool)),* }
             }
             #[inline(always)]
             fn opening(&self, opening: R) -> R {

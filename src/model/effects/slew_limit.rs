@@ -1,14 +1,14 @@
 //! The spool's speed is limited.
 
 use super::entry;
-use super::{Act, Entry, Port};
+use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "slew_limit",
     port: Port::Actuator,
     summary: "The spool cannot move faster than its pilot stage lets it",
-    equation: "|dx/dt| <= slew_limit",
+    equation: "T dv/dt = K sat(u - x, S) - v, dx/dt = v, |v| <= slew_limit",
     shows: "triangles instead of sines where amplitude times 2 pi frequency reaches the limit",
     confused: "saturation of the error, which also limits the speed but through the lag, and acts on the integrator",
     source: "pilot flow saturation; Merritt, Hydraulic Control Systems, 1967",
@@ -49,5 +49,12 @@ impl<R: Real> Act<R> for SlewLimit<R> {
     #[inline(always)]
     fn speed(&self, speed: R) -> R {
         speed.clamp(-self.limit, self.limit)
+    }
+
+    #[inline(always)]
+    fn settle(&self, lead: R, spool: R, _drive: R, start: &Motion<R>, _step: R) -> (R, R) {
+        // The speed is a state: the lead z = x + T v has no more of it than the spool, so that nothing winds up.
+        let most = self.limit * start.time_constant;
+        (lead.clamp(spool - most, spool + most), spool)
     }
 }

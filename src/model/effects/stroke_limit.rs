@@ -47,10 +47,24 @@ impl<R: Real> StrokeLimit<R> {
 
 impl<R: Real> Act<R> for StrokeLimit<R> {
     #[inline(always)]
-    fn settle(&self, lead: R, spool: R, _drive: R, _motion: &Motion<R>) -> (R, R) {
-        // At a stop nothing leads the spool out of its stroke: its velocity (z - x)/T is zero.
-        let below = (spool - self.limit).if_positive(lead.min(self.limit), lead);
-        let lead = (-self.limit - spool).if_positive(below.max(-self.limit), below);
-        (lead, spool.clamp(-self.limit, self.limit))
+    fn place(&self, spool: R) -> R {
+        spool.clamp(-self.limit, self.limit)
+    }
+
+    #[inline(always)]
+    fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+        // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back.
+        let zero = R::constant(0.0);
+        let at = |end: R, over: R, inward: R| {
+            let left = step * (over / (spool - start.spool)).clamp(zero, R::constant(1.0));
+            let ahead = inward * left;
+            let spool = end + R::constant(0.5) * ahead * left / start.time_constant;
+            (spool + ahead, spool)
+        };
+        let (above, below) = (spool - self.limit, -self.limit - spool);
+        let top = at(self.limit, above, drive.min(zero));
+        let bottom = at(-self.limit, -below, drive.max(zero));
+        let choose = |top, bottom, free| above.if_positive(top, below.if_positive(bottom, free));
+        (choose(top.0, bottom.0, lead), choose(top.1, bottom.1, spool))
     }
 }

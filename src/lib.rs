@@ -55,6 +55,7 @@ pub mod model;
 pub mod record;
 pub mod report;
 pub mod rig;
+pub mod scorecard;
 pub mod search;
 
 pub use error::{Error, Result};

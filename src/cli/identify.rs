@@ -7,7 +7,7 @@ use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{Mapping, Record};
 use servobee::report::{ConsideredEffect, Document, ImprovementReport, ModelFile, ParameterReport};
-use servobee::search::{Plan, Settings, Start};
+use servobee::search::Plan;
 use servobee::{Error, Result};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -48,12 +48,6 @@ pub(super) struct Arguments {
     options: Options,
 }
 
-/// The search of a measurement: enough to find the valley, whose bottom the polish finds.
-const SETTINGS: Settings = Settings {
-    itr: 60,
-    ..Settings::standard()
-};
-
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
     let entries = entries(&arguments.effects)?;
@@ -92,13 +86,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let measurements = Measurements::new(&records, &held_out, &structure, rate)?;
 
     let mut chosen = arguments.options.evaluator()?;
-    let plan = Plan {
-        settings: SETTINGS,
-        start: Start::Uniform,
-        seed: arguments.options.seed,
-        polish: true,
-        coloured: true,
-    };
+    let plan = Plan::of_records(arguments.options.seed);
     let effects = entries.iter().flat_map(|entry| entry.on(&structure));
     let options = diagnose::Options {
         effects: effects.collect(),

@@ -5,6 +5,7 @@ mod datasheet;
 mod devices;
 mod identify;
 mod options;
+mod scorecard;
 mod simulate;
 mod synthesize;
 mod table;
@@ -29,6 +30,7 @@ enum Command {
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
     Synthesize(synthesize::Arguments),
+    Scorecard(scorecard::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
 }
@@ -46,6 +48,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),
+        Command::Scorecard(arguments) => scorecard::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }

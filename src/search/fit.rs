@@ -36,6 +36,22 @@ pub struct Plan {
     pub coloured: bool,
 }
 
+impl Plan {
+    /// How measurements are fitted: enough bees to find the valley, whose bottom the polish finds.
+    pub fn of_records(seed: u64) -> Self {
+        Self {
+            settings: Settings {
+                itr: 60,
+                ..Settings::standard()
+            },
+            start: Start::Uniform,
+            seed,
+            polish: true,
+            coloured: true,
+        }
+    }
+}
+
 /// What the bees found.
 #[derive(Debug, Clone)]
 pub struct Search {

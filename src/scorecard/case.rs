@@ -1,0 +1,337 @@
+//! One case: its record, its diagnosis, its outcome.
+
+use super::outcome::{Outcome, judge};
+use super::plan::{Case, Group, Subject, random};
+use super::strength::Open;
+use crate::Result;
+use crate::diagnose::{Identified, Measurements, Options, Sides, Verdict, identify};
+use crate::evaluate::{CpuEvaluator, Precision, parameters_for, scale_of, structure_for};
+use crate::model::effects::CATALOGUE;
+use crate::record::{Channel, Record};
+use crate::rig::{Command, Form, Kind, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve};
+use crate::search::Plan;
+use rand::RngExt;
+use rand::seq::IndexedRandom;
+use rand_chacha::ChaCha8Rng;
+use std::time::Instant;
+
+/// Seed of every diagnosis: that of `servobee identify` where none is given.
+const DIAGNOSIS: u64 = 1;
+/// Most effects that a diagnosis may add, as `servobee identify` does where nothing is said.
+const MAX_EFFECTS: usize = 4;
+
+/// What became of a case: a line of the scorecard's file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The case's name.
+    pub case: String,
+    /// Its group.
+    pub group: Group,
+    /// What is planted: names, joined by `+`.
+    pub planted: String,
+    /// The same with values, as `servobee synthesize` takes them.
+    pub values: String,
+    /// Valve, command and measurement in words.
+    pub conditions: String,
+    /// Held-out error of the base model in standard deviations of the planted noise, on the worst channel.
+    pub base: f64,
+    /// The same of the result.
+    pub after: f64,
+    /// The estimated noise floor over the planted noise, on the channel where it is furthest from 1.
+    pub floor: f64,
+    /// The verdict, or why the diagnosis failed.
+    pub verdict: String,
+    /// What is named, joined by `+`, each followed by what is tied with it behind `|`.
+    pub named: String,
+    /// How that compares.
+    pub outcome: Outcome,
+    /// Whether the 95 % intervals of K, T, S and of the effect's main parameter hold the truth. Only where exactly what is
+    /// planted was added, in its usual form, and the data bound the parameter on both sides.
+    pub covered: [Option<bool>; 4],
+    /// Seconds of the diagnosis.
+    pub seconds: f64,
+}
+
+/// The names of [`Row::covered`].
+pub(super) const COVERED: [&str; 4] = ["gain", "time_constant", "saturation", "effect"];
+
+impl Case {
+    /// The rig for its record.
+    ///
+    /// # Errors
+    /// The rig refuses it.
+    pub fn setup(&self, seed: u64) -> Result<Setup> {
+        let mut rng = random(seed, &self.id);
+        let plain = self.conditions(&mut rng);
+        let mut setup = plain.clone();
+        let open = match &self.subject {
+            Subject::Nothing => Vec::new(),
+            Subject::Effects(effects) => effects
+                .iter()
+                .map(|effect| Open::effect(effect, &plain, &mut rng))
+                .collect(),
+            Subject::Outsider(oddity) => vec![Open::outsider(*oddity)],
+        };
+        // Each is made as strong as it must be alone.
+        for (open, &target) in open.iter().zip(&self.targets) {
+            let alone = open.planted(&plain, target)?;
+            setup.planted.extend(alone.planted);
+            setup.outsiders.extend(alone.outsiders);
+        }
+        setup.planted.sort_by_key(|planted| planted.effect);
+        Ok(setup)
+    }
+
+    /// A valve on the bench, nothing planted.
+    fn conditions(&self, rng: &mut ChaCha8Rng) -> Setup {
+        let percent = (100.0 * rng.random_range(0.2..=0.5_f64)).round() / 100.0;
+        let corner = (20.0 * 10_f64.powf(rng.random::<f64>())).round();
+        let noise = match rng.random_bool(1.0 / 3.0) {
+            true => Noise::coloured(percent, corner),
+            false => Noise::white(percent),
+        };
+        let mut setup = Setup {
+            name: self.id.clone(),
+            valve: Valve::random(rng.random()),
+            seconds: rng.random_range(50..=100) as f64 / 10.0,
+            noise,
+            spool_unit: match rng.random() {
+                true => SpoolUnit::Volt,
+                false => SpoolUnit::Percent,
+            },
+            seed: rng.random(),
+            ..Setup::default()
+        };
+        if self.group == Group::Null {
+            let commands = [
+                Command::Bench,
+                Command::Bench,
+                Command::Multisine,
+                Command::Chirp,
+            ];
+            setup.command = commands.choose(rng).expect("there are commands").clone();
+            let bits = rng.random_range(10..=13);
+            setup.quantisation = rng
+                .random_bool(1.0 / 3.0)
+                .then_some(Quantisation::Bits(bits));
+        }
+        setup
+    }
+
+    /// Makes the record, diagnoses it and judges that.
+    pub fn run(&self, seed: u64) -> Row {
+        match self.try_run(seed) {
+            Ok((row, _)) => row,
+            Err(error) => Row {
+                case: self.id.clone(),
+                group: self.group,
+                planted: self.subject.to_string(),
+                values: String::new(),
+                conditions: String::new(),
+                base: f64::NAN,
+                after: f64::NAN,
+                floor: f64::NAN,
+                verdict: error.to_string().replace([',', '\n'], " "),
+                named: String::new(),
+                outcome: Outcome::Failed,
+                covered: [None; 4],
+                seconds: f64::NAN,
+            },
+        }
+    }
+
+    /// As [`Case::run`], with the diagnosis.
+    ///
+    /// # Errors
+    /// The rig or the diagnosis fails.
+    pub fn try_run(&self, seed: u64) -> Result<(Row, Identified)> {
+        let setup = self.setup(seed)?;
+        let record = setup.record()?;
+        let started = Instant::now();
+        let identified = diagnose(record)?;
+        let seconds = started.elapsed().as_secs_f64();
+        Ok((self.row(&setup, &identified, seconds), identified))
+    }
+
+    fn row(&self, setup: &Setup, identified: &Identified, seconds: f64) -> Row {
+        let named: Vec<Vec<String>> = identified
+            .added
+            .iter()
+            .map(|one| {
+                let tied = one.tied_with.iter().map(ToString::to_string);
+                std::iter::once(one.effect.to_string())
+                    .chain(tied)
+                    .collect()
+            })
+            .collect();
+        let effects: &[_] = match &self.subject {
+            Subject::Effects(effects) => effects,
+            _ => &[],
+        };
+        let known: Vec<String> = effects.iter().map(|one| one.catalogue_name()).collect();
+        let odd = matches!(self.subject, Subject::Outsider(_));
+        let verdict = identified.verdict;
+        let worst = |sides: &Sides| {
+            let ratios = sides
+                .hold_out
+                .iter()
+                .map(|(name, score)| score.rmse / noise_std(setup, name));
+            ratios.fold(0.0, f64::max)
+        };
+        let floors = identified
+            .noise
+            .iter()
+            .map(|(name, noise)| noise.value / noise_std(setup, name));
+        let values = setup
+            .planted
+            .iter()
+            .map(ToString::to_string)
+            .chain(setup.outsiders.iter().map(ToString::to_string));
+        let ties: Vec<String> = named.iter().map(|tie| tie.join("|")).collect();
+        Row {
+            case: self.id.clone(),
+            group: self.group,
+            planted: self.subject.to_string(),
+            values: values.collect::<Vec<_>>().join("+"),
+            conditions: conditions(setup),
+            base: worst(&identified.before.errors),
+            after: worst(&identified.after.errors),
+            floor: floors.fold(1.0, |far: f64, one: f64| {
+                if one.ln().abs() > far.ln().abs() {
+                    one
+                } else {
+                    far
+                }
+            }),
+            verdict: match verdict {
+                Verdict::Found => "found",
+                Verdict::None => "none",
+                Verdict::Unexplained => "unexplained",
+            }
+            .into(),
+            named: ties.join("+"),
+            outcome: judge(&known, odd, verdict, &named),
+            covered: covered(setup, &known, identified),
+            seconds,
+        }
+    }
+}
+
+/// Diagnoses a record as `servobee identify` does where nothing is said.
+fn diagnose(record: Record) -> Result<Identified> {
+    record.check_excited()?;
+    let records = [record];
+    let structure = structure_for(&records)?;
+    let parameters = parameters_for(&structure, &records);
+    let rate = structure.fastest_rate(&parameters);
+    let measurements = Measurements::new(&records, &[], &structure, rate)?;
+    let effects = CATALOGUE.iter().flat_map(|entry| entry.on(&structure));
+    let options = Options {
+        effects: effects.collect(),
+        max_effects: MAX_EFFECTS,
+    };
+    let sizes = scale_of(&structure, &records);
+    let mut evaluator = CpuEvaluator::new(Precision::F32);
+    identify(
+        structure,
+        parameters,
+        sizes,
+        measurements,
+        &mut evaluator,
+        &Plan::of_records(DIAGNOSIS),
+        &options,
+        &mut |_| {},
+    )
+}
+
+/// The planted noise of a channel that is called so, in its unit.
+fn noise_std(setup: &Setup, name: &str) -> f64 {
+    match name == Channel::Flow.name() {
+        true => setup.noise_std(Channel::Flow),
+        false => setup.noise_std(Channel::Spool),
+    }
+}
+
+fn conditions(setup: &Setup) -> String {
+    let Valve {
+        gain,
+        time_constant,
+        saturation,
+        rated_flow,
+    } = setup.valve;
+    let colour = match setup.noise.colour {
+        Some(corner) => format!("coloured {corner} Hz"),
+        None => "white".into(),
+    };
+    let rounded = match setup.quantisation {
+        Some(Quantisation::Bits(bits)) => format!(" {bits} bits"),
+        Some(Quantisation::Percent(percent)) => format!(" rounded to {percent} %"),
+        None => String::new(),
+    };
+    format!(
+        "K {gain:.1} 1/s T {:.3} ms S {saturation:.3} V {rated_flow:.2} L/min {} {:.1} s spool in {} noise {:.2} % {colour}{rounded}",
+        1e3 * time_constant,
+        setup.command,
+        setup.seconds,
+        setup.spool_unit.name(),
+        setup.noise.percent,
+    )
+}
+
+/// Whether the intervals hold the truth: see [`Row::covered`].
+fn covered(setup: &Setup, known: &[String], identified: &Identified) -> [Option<bool>; 4] {
+    let mut added: Vec<String> = identified
+        .added
+        .iter()
+        .map(|one| one.effect.to_string())
+        .collect();
+    let mut known = known.to_vec();
+    added.sort();
+    known.sort();
+    let complete = added == known && setup.outsiders.is_empty();
+    if !complete || setup.planted.iter().any(|p| p.form != Form::Usual) {
+        return [None; 4];
+    }
+    let valve = setup.valve;
+    let main = match &setup.planted[..] {
+        [one] => main_parameter(one),
+        _ => None,
+    };
+    let truths = [
+        Some(("gain".into(), valve.gain)),
+        Some(("time_constant".into(), valve.time_constant)),
+        Some(("saturation".into(), valve.saturation)),
+        main,
+    ];
+    let fit = &identified.after.fit;
+    truths.map(|truth| {
+        let (name, value): (String, f64) = truth?;
+        let place = fit.free.iter().position(|p| p.name == name)?;
+        let interval = fit.polished.as_ref()?.1.intervals[place];
+        let bounded = !interval.open_low && !interval.open_high;
+        bounded.then(|| (interval.low..=interval.high).contains(&value))
+    })
+}
+
+/// What the model calls the parameter that says how strong an effect is, and its true value; of a resonance or a
+/// disturbance its frequency.
+fn main_parameter(planted: &Planted) -> Option<(String, f64)> {
+    let key = |name: &str| {
+        let found = planted.extra.iter().find(|(key, _)| *key == name);
+        found.map(|(_, value)| *value)
+    };
+    let kind = planted.effect;
+    Some(match kind {
+        Kind::LineResonance => ("line_frequency_flow".into(), planted.value),
+        Kind::Compressibility => ("compressibility_flow".into(), planted.value),
+        Kind::PeriodicDisturbance => (
+            format!("disturbance_frequency_{}", planted.channel),
+            key("frequency")?,
+        ),
+        Kind::ViscosityDrift if key("heating").is_some() => {
+            ("viscosity_drift_per_kelvin".into(), planted.value)
+        }
+        kind if kind.has_channel() => (format!("{kind}_{}", planted.channel), planted.value),
+        kind => (kind.to_string(), planted.value),
+    })
+}

@@ -1,0 +1,365 @@
+//! Which cases there are.
+
+use crate::record::Channel;
+use crate::rig::{Form, Kind, Oddity};
+use crate::{Error, Result};
+use rand::seq::IndexedRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
+
+/// What cases have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Group {
+    /// Nothing is planted.
+    Null,
+    /// One effect in its usual form.
+    Single,
+    /// One effect in another form than the catalogue's.
+    Forms,
+    /// Two effects.
+    Pairs,
+    /// What is in no catalogue.
+    Outsiders,
+}
+
+impl Group {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Null,
+        Self::Single,
+        Self::Forms,
+        Self::Pairs,
+        Self::Outsiders,
+    ];
+
+    /// Its name in a case's.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Null => "null",
+            Self::Single => "single",
+            Self::Forms => "forms",
+            Self::Pairs => "pairs",
+            Self::Outsiders => "outsiders",
+        }
+    }
+
+    /// Records in it, of each kind and strength that it has.
+    fn size(self) -> f64 {
+        match self {
+            Self::Null => 200.0,
+            Self::Single => 4.0,
+            Self::Forms => 2.0,
+            Self::Pairs => 60.0,
+            Self::Outsiders => 5.0,
+        }
+    }
+}
+
+impl Display for Group {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Group {
+    type Err = Error;
+
+    /// # Errors
+    /// A name that is none of [`Group::ALL`].
+    fn from_str(text: &str) -> Result<Self> {
+        let found = Self::ALL.into_iter().find(|group| group.name() == text);
+        found.ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            Error::input(
+                format!("group {text:?}"),
+                "is not known",
+                format!("use some of {names}"),
+            )
+        })
+    }
+}
+
+/// An effect to plant, without its strength.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Variant {
+    /// Which effect.
+    pub kind: Kind,
+    /// Its equation.
+    pub form: Form,
+    /// The channel that it is on, of use to measurement effects alone.
+    pub channel: Channel,
+}
+
+impl Variant {
+    /// Every effect in its usual form, those of a sensor on spool and on flow.
+    pub fn usual() -> Vec<Self> {
+        Kind::ALL
+            .into_iter()
+            .flat_map(|kind| Self::on_channels(kind, Form::Usual))
+            .collect()
+    }
+
+    /// Every other form of an effect but a slew limit on the integrator, which is a smaller saturation.
+    pub fn others() -> Vec<Self> {
+        let forms = |kind: Kind| kind.forms().iter().map(move |form| (kind, *form));
+        Kind::ALL
+            .into_iter()
+            .flat_map(forms)
+            .filter(|(_, form)| *form != Form::Integrator)
+            .flat_map(|(kind, form)| Self::on_channels(kind, form))
+            .collect()
+    }
+
+    fn on_channels(kind: Kind, form: Form) -> impl Iterator<Item = Self> {
+        let channels: &[Channel] = match kind.has_channel() {
+            true => &[Channel::Spool, Channel::Flow],
+            false => &[Channel::Spool],
+        };
+        channels.iter().map(move |&channel| Self {
+            kind,
+            form,
+            channel,
+        })
+    }
+
+    /// What the catalogue of the model calls it.
+    pub fn catalogue_name(&self) -> String {
+        match self.kind {
+            Kind::Compressibility | Kind::LineResonance => format!("{}.flow", self.kind),
+            kind if kind.has_channel() => format!("{kind}.{}", self.channel),
+            kind => kind.to_string(),
+        }
+    }
+}
+
+impl Display for Variant {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.kind)?;
+        if self.form != Form::Usual {
+            write!(f, "~{}", self.form.name())?;
+        }
+        if self.kind.has_channel() {
+            write!(f, ".{}", self.channel)?;
+        }
+        Ok(())
+    }
+}
+
+/// What is planted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Subject {
+    /// Nothing.
+    Nothing,
+    /// Effects of the catalogue.
+    Effects(Vec<Variant>),
+    /// Something that is in no catalogue.
+    Outsider(Oddity),
+}
+
+impl Display for Subject {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Nothing => f.write_str("nothing"),
+            Self::Effects(effects) => {
+                let names: Vec<String> = effects.iter().map(ToString::to_string).collect();
+                f.write_str(&names.join("+"))
+            }
+            Self::Outsider(oddity) => write!(f, "{oddity}"),
+        }
+    }
+}
+
+/// One record to make and to diagnose.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Its name, which with the plan's seed decides every random number.
+    pub id: String,
+    /// Its group.
+    pub group: Group,
+    /// What is planted.
+    pub subject: Subject,
+    /// Held-out error of the base model that each part of the subject alone should cause, in standard deviations of the
+    /// noise of the channel where it is largest.
+    pub targets: Vec<f64>,
+}
+
+/// Which cases are run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Seed of all of it.
+    pub seed: u64,
+    /// Groups that are run.
+    pub groups: Vec<Group>,
+    /// Factor on the number of records of each kind.
+    pub count: f64,
+    /// Only cases that plant this, where given: an effect's or outsider's name.
+    pub only: Option<String>,
+}
+
+/// Errors of the base model that are aimed at, in units of the noise, by the names that they have in a case's.
+const TARGETS: [(&str, f64); 3] = [("1.5x", 1.75), ("3x", 3.0), ("6x", 6.0)];
+/// Least and largest error that an effect of a pair, or an outsider, is to cause.
+const DRAWN_TARGETS: (f64, f64) = (2.1, 6.0);
+
+impl Default for Plan {
+    /// Everything, once.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            groups: Group::ALL.to_vec(),
+            count: 1.0,
+            only: None,
+        }
+    }
+}
+
+impl Plan {
+    /// Its cases, group by group. A larger count adds cases and changes none.
+    ///
+    /// # Errors
+    /// A count that is no positive number, or nothing that is called as [`Plan::only`] says.
+    pub fn cases(&self) -> Result<Vec<Case>> {
+        if !(self.count > 0.0 && self.count <= 1000.0) {
+            return Err(Error::input(
+                "count",
+                format!("is {}", self.count),
+                "give a number above 0, at most 1000",
+            ));
+        }
+        let mut groups = self.groups.clone();
+        groups.sort();
+        groups.dedup();
+        let mut cases: Vec<Case> = groups.iter().flat_map(|&group| self.group(group)).collect();
+        if let Some(only) = &self.only {
+            cases.retain(|case| case.plants(only));
+            if cases.is_empty() {
+                return Err(Error::input(
+                    format!("only {only:?}"),
+                    "no case of these groups plants it",
+                    "use a name that servobee synthesize --help lists, such as delay, sensor_lag.flow or detent",
+                ));
+            }
+        }
+        Ok(cases)
+    }
+
+    /// The case of this name.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn case(&self, id: &str) -> Result<Case> {
+        let cases = self.cases()?;
+        let example = cases.first().map_or(String::new(), |case| case.id.clone());
+        cases.into_iter().find(|case| case.id == id).ok_or_else(|| {
+            Error::input(
+                format!("case {id:?}"),
+                "is not in the plan",
+                format!("use the name from a scorecard's file, such as {example}, and its --seed and --count"),
+            )
+        })
+    }
+
+    fn group(&self, group: Group) -> Vec<Case> {
+        let number = (group.size() * self.count).round().max(1.0) as usize;
+        let strong = |variants: Vec<Variant>| -> Vec<Case> {
+            let mut cases = Vec::new();
+            for variant in variants {
+                for (name, target) in TARGETS {
+                    cases.extend((0..number).map(|index| Case {
+                        id: format!("{group}/{variant}/{name}/{index}"),
+                        group,
+                        subject: Subject::Effects(vec![variant]),
+                        targets: vec![target],
+                    }));
+                }
+            }
+            cases
+        };
+        match group {
+            Group::Null => (0..number)
+                .map(|index| Case {
+                    id: format!("{group}/{index}"),
+                    group,
+                    subject: Subject::Nothing,
+                    targets: Vec::new(),
+                })
+                .collect(),
+            Group::Single => strong(Variant::usual()),
+            Group::Forms => strong(Variant::others()),
+            Group::Pairs => (0..number).map(|index| self.pair(index)).collect(),
+            Group::Outsiders => {
+                let one = |oddity: Oddity, index: usize| {
+                    let id = format!("{group}/{oddity}/{index}");
+                    let target = target(&mut random(self.seed, &format!("{id} target")));
+                    Case {
+                        id,
+                        group,
+                        subject: Subject::Outsider(oddity),
+                        targets: vec![target],
+                    }
+                };
+                Oddity::ALL
+                    .into_iter()
+                    .flat_map(|oddity| (0..number).map(move |index| one(oddity, index)))
+                    .collect()
+            }
+        }
+    }
+
+    /// Two effects of different kinds that are not by their equations the same.
+    fn pair(&self, index: usize) -> Case {
+        let mut rng = random(self.seed, &format!("pair {index}"));
+        let usual = Variant::usual();
+        let mut draw = || *usual.choose(&mut rng).expect("there are effects");
+        let lags = |variant: &Variant| {
+            variant.kind == Kind::Compressibility
+                || (variant.kind == Kind::SensorLag && variant.channel == Channel::Flow)
+        };
+        let (mut first, mut second) = (draw(), draw());
+        while first.kind == second.kind || (lags(&first) && lags(&second)) {
+            (first, second) = (draw(), draw());
+        }
+        if first.kind > second.kind {
+            (first, second) = (second, first);
+        }
+        let targets = vec![target(&mut rng), target(&mut rng)];
+        Case {
+            id: format!("{}/{first}+{second}/{index}", Group::Pairs),
+            group: Group::Pairs,
+            subject: Subject::Effects(vec![first, second]),
+            targets,
+        }
+    }
+}
+
+impl Case {
+    /// Whether it plants what is called so, with or without form and channel.
+    fn plants(&self, name: &str) -> bool {
+        match &self.subject {
+            Subject::Nothing => false,
+            Subject::Effects(effects) => effects.iter().any(|e| {
+                [e.to_string(), e.catalogue_name(), e.kind.to_string()].contains(&name.to_owned())
+            }),
+            Subject::Outsider(oddity) => oddity.name() == name,
+        }
+    }
+}
+
+fn target(rng: &mut ChaCha8Rng) -> f64 {
+    let (low, high) = DRAWN_TARGETS;
+    low * (high / low).powf(rng.random::<f64>())
+}
+
+/// Random numbers for this purpose: the seed follows from the text (FNV-1a).
+pub(super) fn random(seed: u64, purpose: &str) -> ChaCha8Rng {
+    let hash = purpose
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+        });
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(hash);
+    rng
+}

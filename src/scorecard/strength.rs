@@ -1,0 +1,321 @@
+//! How strong an effect has to be for the base model to fail by so much.
+
+use super::plan::Variant;
+use crate::Result;
+use crate::diagnose::{Compared, Measurements, errors};
+use crate::evaluate::problem::Data;
+use crate::evaluate::{Problem, parameters_for, structure_for};
+use crate::model::{Output, Parameter};
+use crate::record::Channel;
+use crate::rig::{FULL_SCALE, Kind, Noise, Oddity, Outsider, Planted, Setup, SpoolUnit};
+use crate::search::polish::{PolishOptions, polish};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// What is planted, whose value is still open.
+#[derive(Debug, Clone)]
+pub(super) struct Open {
+    part: Part,
+    dial: Dial,
+}
+
+#[derive(Debug, Clone)]
+enum Part {
+    Effect(Planted),
+    Outsider(Oddity),
+}
+
+/// A value as a function of a strength that is 1 where the value is usual.
+#[derive(Debug, Clone, Copy)]
+struct Dial {
+    usual: f64,
+    /// The weakest and the strongest value that make sense; of some effects the small values are the strong ones.
+    weakest: f64,
+    strongest: f64,
+    negative: bool,
+}
+
+impl Dial {
+    /// A value that is absent at zero and makes sense up to `strongest`.
+    fn rising(usual: f64, strongest: f64) -> Self {
+        Self {
+            usual,
+            weakest: 1e-4 * usual,
+            strongest,
+            negative: false,
+        }
+    }
+
+    /// A limit, which is stronger the smaller it is.
+    fn limit(weakest: f64, usual: f64, strongest: f64) -> Self {
+        Self {
+            usual,
+            weakest,
+            strongest,
+            negative: false,
+        }
+    }
+
+    fn signed(self, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            negative: rng.random(),
+            ..self
+        }
+    }
+
+    fn times(self, factor: f64) -> Self {
+        Self {
+            usual: factor * self.usual,
+            weakest: factor * self.weakest,
+            strongest: factor * self.strongest,
+            ..self
+        }
+    }
+
+    fn value(&self, strength: f64) -> f64 {
+        let value = match self.strongest < self.weakest {
+            true => (self.usual / strength).clamp(self.strongest, self.weakest),
+            false => (self.usual * strength).clamp(self.weakest, self.strongest),
+        };
+        if self.negative { -value } else { value }
+    }
+}
+
+impl Open {
+    /// An effect on the valve of `setup`, with further parameters and the sign drawn.
+    pub(super) fn effect(variant: &Variant, setup: &Setup, rng: &mut ChaCha8Rng) -> Self {
+        let Variant {
+            kind,
+            form,
+            channel,
+        } = *variant;
+        let valve = setup.valve;
+        let full_scale = match (channel, setup.spool_unit) {
+            (Channel::Flow, _) => valve.rated_flow,
+            (_, SpoolUnit::Percent) => 100.0,
+            (_, SpoolUnit::Volt) => FULL_SCALE,
+        };
+        let mut planted = Planted::new(kind, 0.0).form(form).on(channel);
+        let mut extra = |name, low: f64, high: f64| {
+            let value = low * (high / low).powf(rng.random::<f64>());
+            planted.extra.push((name, value));
+        };
+        match kind {
+            Kind::Leakage => extra("width", 1.5, 8.0),
+            Kind::SupplyDroop => extra("lag", 0.01, 0.06),
+            Kind::LineResonance => extra("damping", 0.05, 0.3),
+            Kind::PeriodicDisturbance => extra("frequency", 8.0, 150.0),
+            _ => {}
+        }
+        let heats = kind == Kind::ViscosityDrift && rng.random();
+        if heats {
+            planted.extra.push(("heating", 15.0));
+        }
+        let speed = valve.gain * valve.saturation;
+        let dial = match kind {
+            Kind::Delay => Dial::rising(0.002, 0.08),
+            Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
+            Kind::Hysteresis => Dial::rising(0.15, 1.8),
+            Kind::SlewLimit => Dial::limit(2.0 * speed, 0.7 * speed, 0.05 * speed),
+            Kind::Friction => Dial::rising(0.1, 0.8 * valve.saturation.min(3.0)),
+            Kind::FlowForce => Dial::rising(0.1, 0.9),
+            Kind::StrokeLimit => Dial::limit(11.0, 7.5, 1.0),
+            Kind::Overlap => Dial::rising(4.0, 40.0),
+            Kind::AsymmetricGain => Dial::rising(0.05, 0.6).signed(rng),
+            Kind::GainCurvature => Dial::rising(0.1, 0.6).signed(rng),
+            Kind::Leakage => Dial::rising(0.025, 0.25)
+                .times(valve.rated_flow)
+                .signed(rng),
+            Kind::SupplyDroop => Dial::rising(1.8, 8.0).times(1.0 / valve.rated_flow),
+            Kind::Compressibility => Dial::rising(0.004, 0.4),
+            Kind::LineResonance => Dial::limit(440.0, 150.0, 6.0),
+            Kind::ViscosityDrift if heats => Dial::rising(0.005, 0.04).signed(rng),
+            Kind::ViscosityDrift => Dial::rising(0.05, 0.4)
+                .times(1.0 / setup.seconds)
+                .signed(rng),
+            Kind::SensorLag => Dial::rising(0.003, 0.4),
+            Kind::SensorOffset => Dial::rising(0.015, 0.4).times(full_scale).signed(rng),
+            Kind::SensorDrift => Dial::rising(0.02, 0.4)
+                .times(full_scale / setup.seconds)
+                .signed(rng),
+            Kind::PeriodicDisturbance => Dial::rising(0.01, 0.4).times(full_scale),
+        };
+        Self {
+            part: Part::Effect(planted),
+            dial,
+        }
+    }
+
+    /// Something that is in no catalogue.
+    pub(super) fn outsider(oddity: Oddity) -> Self {
+        let strongest = match oddity {
+            Oddity::RateGain | Oddity::Reattachment | Oddity::Dropout => 0.8,
+            _ => (20.0 * oddity.typical()).min(5.0),
+        };
+        Self {
+            part: Part::Outsider(oddity),
+            dial: Dial::rising(oddity.typical(), strongest),
+        }
+    }
+
+    /// `setup` with it at this strength.
+    fn on(&self, setup: &Setup, strength: f64) -> Setup {
+        let mut setup = setup.clone();
+        let value = self.dial.value(strength);
+        match &self.part {
+            Part::Effect(planted) => setup.planted.push(Planted {
+                value,
+                ..planted.clone()
+            }),
+            Part::Outsider(oddity) => setup.outsiders.push(Outsider {
+                oddity: *oddity,
+                value,
+            }),
+        }
+        setup
+    }
+
+    /// `setup` with it, as strong as makes the base model's held-out error `target` times the noise on the channel where
+    /// it is largest, or as near to that as it gets.
+    ///
+    /// # Errors
+    /// The rig refuses the setup at every strength.
+    pub(super) fn planted(&self, setup: &Setup, target: f64) -> Result<Setup> {
+        let wanted = (target * target - 1.0).sqrt();
+        let mut base = Base::new(setup);
+        let mut strength = 1.0;
+        // Strength and error of the strongest that is too weak, and of the weakest that is too strong.
+        let (mut below, mut above): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
+        let mut best: Option<(f64, Setup)> = None;
+        let mut failure = None;
+        for _ in 0..TRIES {
+            let candidate = self.on(setup, strength);
+            match base.misses(&candidate) {
+                Ok(missed) => {
+                    let off = (missed.max(1e-9) / wanted).ln().abs();
+                    if best.as_ref().is_none_or(|best| off < best.0) {
+                        best = Some((off, candidate));
+                    }
+                    if off < CLOSE {
+                        break;
+                    }
+                    *(if missed < wanted {
+                        &mut below
+                    } else {
+                        &mut above
+                    }) = Some([strength, missed.max(1e-9)]);
+                }
+                Err(error) => {
+                    failure = Some(error);
+                    above = Some([strength, f64::INFINITY]);
+                }
+            }
+            let next = match (below, above) {
+                (Some(low), Some(high)) => between(low, high, wanted),
+                (Some([low, missed]), None) => low * (wanted / missed).clamp(1.1, 5.0),
+                (None, Some([high, missed])) => high * (wanted / missed).clamp(0.2, 0.9),
+                (None, None) => unreachable!("something was tried"),
+            };
+            if self.dial.value(next) == self.dial.value(strength) {
+                break;
+            }
+            strength = next;
+        }
+        match (best, failure) {
+            (Some((_, setup)), _) => Ok(setup),
+            (None, Some(error)) => Err(error),
+            (None, None) => unreachable!("something was tried"),
+        }
+    }
+}
+
+/// A strength between a weaker and a stronger one, on the line through both in logarithms and not too near to either.
+fn between(low: [f64; 2], high: [f64; 2], wanted: f64) -> f64 {
+    let share = (wanted / low[1]).ln() / (high[1] / low[1]).ln();
+    let share = if share.is_finite() {
+        share.clamp(0.1, 0.9)
+    } else {
+        0.5
+    };
+    low[0] * (high[0] / low[0]).powf(share)
+}
+
+/// Strengths that are tried for one record, at most.
+const TRIES: usize = 8;
+/// Relative error of what the base model misses at which the strength is right.
+const CLOSE: f64 = 0.07;
+/// Base parameters are sought this factor around the true ones.
+const NEAR: f64 = 5.0;
+
+/// A polish that need not know the fourth digit.
+const QUICK: PolishOptions = PolishOptions {
+    max_iterations: 15,
+    gradient_tolerance: 1e-5,
+    step_tolerance: 1e-5,
+    cost_tolerance: 1e-4,
+    damping: 1e-3,
+};
+
+/// The base model, which begins at the truth and goes on from its last fit.
+struct Base {
+    known: [(&'static str, f64); 3],
+    last: Option<Vec<f64>>,
+}
+
+impl Base {
+    fn new(setup: &Setup) -> Self {
+        let valve = setup.valve;
+        Self {
+            known: [
+                ("gain", valve.gain),
+                ("time_constant", valve.time_constant),
+                ("saturation", valve.saturation),
+            ],
+            last: None,
+        }
+    }
+
+    /// The held-out error of the base model on a record of `setup` without noise, over the noise that it would have, on
+    /// the channel where that is largest.
+    fn misses(&mut self, setup: &Setup) -> Result<f64> {
+        let clean = Setup {
+            noise: Noise::white(0.0),
+            quantisation: None,
+            ..setup.clone()
+        };
+        let records = [clean.record()?];
+        let structure = structure_for(&records)?;
+        let mut parameters = parameters_for(&structure, &records);
+        for parameter in &mut parameters {
+            self.narrow(parameter);
+        }
+        let rate = structure.fastest_rate(&parameters);
+        let measurements = Measurements::new(&records, &[], &structure, rate)?;
+        let data = Data::Series(measurements.fit.clone());
+        let mut problem = Problem::new(structure, parameters, data);
+        let noise = |output: Output| setup.noise_std(output.into());
+        problem.scale = Output::ALL.map(|output| match noise(output) {
+            0.0 => 0.0,
+            noise => noise.powi(-2),
+        });
+        let free = problem.free();
+        let start = self.last.clone().unwrap_or_else(|| problem.start());
+        let polished = polish(&mut problem, &free, &start, &QUICK)?;
+        let values = problem.complete(&polished.values, |fixed| fixed);
+        let held_out = Compared::all(&problem.structure, &values, &measurements.hold_out);
+        let errors = errors(&problem.structure, &held_out);
+        let observed = problem.structure.observed.iter();
+        let missed = observed.map(|&output| errors[output.name()].rmse / noise(output));
+        self.last = Some(polished.values);
+        Ok(missed.fold(0.0, f64::max))
+    }
+
+    fn narrow(&self, parameter: &mut Parameter) {
+        let known = self.known.iter().find(|known| known.0 == parameter.name);
+        if let Some(&(_, value)) = known {
+            parameter.low = parameter.low.max(value / NEAR);
+            parameter.high = parameter.high.min(value * NEAR);
+            parameter.start = parameter.clamp(value);
+        }
+    }
+}

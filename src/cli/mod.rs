@@ -3,8 +3,10 @@
 mod bench;
 mod datasheet;
 mod devices;
+mod effects;
 mod identify;
 mod options;
+mod plot;
 mod simulate;
 mod synthesize;
 mod table;
@@ -29,6 +31,7 @@ enum Command {
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
     Synthesize(synthesize::Arguments),
+    Effects(effects::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
 }
@@ -46,6 +49,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),
+        Command::Effects(arguments) => effects::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }

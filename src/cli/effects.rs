@@ -15,10 +15,14 @@ use std::io::IsTerminal;
 /// Widest line of text.
 const WIDTH: u16 = 100;
 
+const NEUTRAL: &str = "\
+With these values the model is the one without the effect; any: whatever it is, the others decide.";
+
 /// Lists the effects that a model can lack, or explains one
 ///
 /// With a name: what the effect is, its equation and parameters, when it shows, what it is confused with, and a plot
-/// of its signature: the residual that it leaves in a model without it.
+/// of its signature: the residual that it leaves in a model without it, whose parameters are right. A fit hides a part
+/// of that in other parameters.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   servobee effects
@@ -96,7 +100,7 @@ fn chosen(name: &str) -> Result<Effect> {
     let mut forms: Vec<Effect> = forms
         .filter(|form| form.to_string() == name || form.entry.name == name)
         .collect();
-    // Where the spool is measured, too, an effect on the flow alone is not taken for one before it.
+    // On the flow an effect of the sensor is not one of the command, which the spool would show, too.
     forms.sort_by_key(|form| form.output != Some(Output::Flow));
     forms.first().copied().ok_or_else(|| {
         Error::input(
@@ -135,7 +139,7 @@ fn explain(name: &str) -> Result<String> {
     let values: Vec<String> = signature
         .values
         .iter()
-        .filter(|(parameter, value)| !parameter.fixed || *value != parameter.start)
+        .filter(|(parameter, _)| !parameter.fixed)
         .map(|(parameter, value)| {
             let unit = match parameter.unit.as_str() {
                 "1" => String::new(),
@@ -151,11 +155,12 @@ fn explain(name: &str) -> Result<String> {
         signature.command
     );
     Ok(format!(
-        "{}: {}\n\n{}\n\n{}\n\n{}\n\n{}",
+        "{}: {}\n\n{}\n\n{}\n\n{}\n\n{}\n\n{}",
         entry.name,
         entry.summary,
         text(None, rows),
         table(&["parameter", "unit", "absent at"], parameters),
+        NEUTRAL,
         text(None, [vec!["signature".into(), signed]]),
         scatter(&signature.points, [x, y], std::io::stdout().is_terminal())
     ))

@@ -1,4 +1,4 @@
-//! The signature of an effect: what it adds to the outputs of a model that is right in all else, over what gives it away.
+//! The signature of an effect: what it adds to the outputs of a model that is right in all else.
 
 use servobee::Result;
 use servobee::evaluate::problem::Series;
@@ -25,8 +25,12 @@ const VALVE: [(&str, f64); 5] = [
 /// What is commanded.
 #[derive(Debug, Clone, Copy)]
 enum Command {
-    /// Two periods between +- `height` V; what is shown is the second.
-    Triangle { height: f64, period: f64 },
+    /// Periods of so many seconds between +- `height` V.
+    Triangle {
+        height: f64,
+        period: f64,
+        periods: u8,
+    },
     /// A sine of 5 V whose frequency rises from 0.5 to 5 Hz in 4 s.
     Chirp,
     /// 5 V from a tenth of these seconds on.
@@ -36,7 +40,9 @@ enum Command {
 impl Command {
     fn seconds(self) -> f64 {
         match self {
-            Self::Triangle { period, .. } => 2.0 * period,
+            Self::Triangle {
+                period, periods, ..
+            } => period * f64::from(periods),
             Self::Chirp => 4.0,
             Self::Step { seconds } => seconds,
         }
@@ -44,7 +50,7 @@ impl Command {
 
     fn at(self, time: f64) -> f64 {
         match self {
-            Self::Triangle { height, period } => {
+            Self::Triangle { height, period, .. } => {
                 let phase = (time / period + 0.25).fract();
                 height * (1.0 - 4.0 * (phase - 0.5).abs())
             }
@@ -54,7 +60,8 @@ impl Command {
         }
     }
 
-    fn first_shown(self) -> usize {
+    /// The row with which the second period starts, where that shows what goes on for ever.
+    fn second_period(self) -> usize {
         match self {
             Self::Triangle { period, .. } => (period * RATE) as usize,
             _ => 0,
@@ -63,8 +70,8 @@ impl Command {
 
     fn describe(self) -> String {
         match self {
-            Self::Triangle { height, period } => {
-                format!("a triangle of +-{height} V in {period} s")
+            Self::Triangle { height, period, .. } => {
+                format!("a triangle of +-{height} V every {period} s")
             }
             Self::Chirp => "a sine of 5 V from 0.5 to 5 Hz in 4 s".into(),
             Self::Step { .. } => "a step of 5 V".into(),
@@ -88,54 +95,68 @@ struct View {
     command: Command,
     over: Over,
     output: Output,
-    /// Which of the values that a diagnosis tries.
-    trial: usize,
+    values: Values,
+}
+
+/// The values of an effect's free parameters.
+#[derive(Debug, Clone, Copy)]
+enum Values {
+    /// Which of those that a diagnosis tries, or the last.
+    Trial(usize),
+    Given(&'static [f64]),
 }
 
 /// The view that shows `effect` best: where its port is usually seen, but for those that show elsewhere.
 fn view(effect: Effect) -> View {
-    let slow = Command::Triangle {
-        height: 9.0,
-        period: 8.0,
+    use Values::{Given, Trial};
+    let triangle = |height, period, periods| Command::Triangle {
+        height,
+        period,
+        periods,
     };
-    let small = Command::Triangle {
-        height: 1.0,
-        period: 1.0,
-    };
-    let fast = Command::Triangle {
-        height: 9.0,
-        period: 2.0,
-    };
+    let (slow, small) = (triangle(9.0, 8.0, 2), triangle(1.0, 1.0, 2));
     let step = |seconds| Command::Step { seconds };
     let measured = effect.output.unwrap_or(Output::Flow);
-    let (command, over, output, trial) = match (effect.entry.name, effect.entry.port) {
-        ("delay", _) => (Command::Chirp, Over::CommandRate, Output::Spool, 1),
-        ("slew_limit", _) => (Command::Chirp, Over::CommandRate, Output::Spool, 2),
-        ("friction", _) => (small, Over::Time, Output::Spool, 1),
-        ("stroke_limit", _) => (slow, Over::Command, Output::Spool, 3),
-        ("leakage", _) => (slow, Over::Output(Output::Spool), Output::Flow, 2),
-        ("supply_droop", _) => (fast, Over::Output(Output::Flow), Output::Flow, 3),
-        ("viscosity_drift", _) => (fast, Over::Time, Output::Flow, 0),
-        ("line_resonance", _) => (step(0.4), Over::Time, measured, 1),
-        ("compressibility" | "sensor_lag", _) => {
-            (Command::Chirp, Over::OutputRate(measured), measured, 1)
+    let spool = Over::Output(Output::Spool);
+    let (command, over, output, values) = match (effect.entry.name, effect.entry.port) {
+        ("delay", _) => (Command::Chirp, Over::CommandRate, Output::Spool, Trial(1)),
+        // Little below the fastest that is asked for: a valve that is limited for long runs away.
+        ("slew_limit", _) => (Command::Chirp, Over::Time, Output::Spool, Given(&[140.0])),
+        ("flow_force", _) => (slow, spool, Output::Spool, Trial(1)),
+        ("hysteresis", _) => (small, Over::Command, Output::Spool, Trial(1)),
+        // With stiction, so that it lets go with a jump.
+        ("friction", _) => (small, Over::Command, Output::Spool, Given(&[0.15, 0.15])),
+        ("stroke_limit", _) => (slow, Over::Command, Output::Spool, Trial(3)),
+        ("overlap", _) => (slow, spool, measured, Trial(3)),
+        ("leakage", _) => (slow, spool, measured, Trial(2)),
+        ("supply_droop", _) => {
+            let flow = Over::Output(Output::Flow);
+            (triangle(9.0, 2.0, 2), flow, measured, Trial(3))
         }
-        ("periodic_disturbance", _) => (step(0.1), Over::Time, measured, 0),
-        (_, Port::Command | Port::Actuator) => (slow, Over::Command, Output::Spool, 1),
-        (_, Port::Area) => (slow, Over::Output(Output::Spool), measured, 1),
-        (_, Port::Flow | Port::Measurement) => (step(4.0), Over::Time, measured, 0),
+        ("viscosity_drift", _) => (triangle(9.0, 2.0, 4), Over::Time, measured, Trial(0)),
+        ("line_resonance", _) => (step(0.4), Over::Time, measured, Trial(1)),
+        ("compressibility" | "sensor_lag", _) => (
+            Command::Chirp,
+            Over::OutputRate(measured),
+            measured,
+            Trial(1),
+        ),
+        ("periodic_disturbance", _) => (step(0.1), Over::Time, measured, Trial(0)),
+        (_, Port::Command | Port::Actuator) => (slow, Over::Command, Output::Spool, Trial(0)),
+        (_, Port::Area) => (slow, spool, measured, Trial(1)),
+        (_, Port::Flow | Port::Measurement) => (step(4.0), Over::Time, measured, Trial(0)),
     };
     View {
         command,
         over,
         output,
-        trial,
+        values,
     }
 }
 
 /// A residual over what gives the effect away.
 pub(super) struct Signature {
-    /// The parameters of the effect that make a difference, as "overlap = 3 %".
+    /// The parameters of the effect and their values.
     pub(super) values: Vec<(Parameter, f64)>,
     /// What is commanded.
     pub(super) command: String,
@@ -240,18 +261,21 @@ pub(super) fn absent(effect: Effect) -> Result<Vec<(Parameter, Option<f64>)>> {
 }
 
 impl Signature {
-    /// The signature of `effect` at one of the values that a diagnosis tries.
+    /// The signature of `effect` on the bench.
     pub(super) fn new(effect: Effect) -> Result<Self> {
         let View {
             command,
             over,
             output,
-            trial,
+            values,
         } = view(effect);
         let scale = scale(command.seconds());
         let trials = effect.trials(&scale);
-        let trial = &trials[trial.min(trials.len() - 1)];
-        let mut free = trial.iter().copied();
+        let free = match values {
+            Values::Trial(index) => &trials[index.min(trials.len() - 1)],
+            Values::Given(values) => values,
+        };
+        let mut free = free.iter().copied();
         let values: Vec<(Parameter, f64)> = effect
             .parameters(&scale)
             .into_iter()
@@ -273,6 +297,10 @@ impl Signature {
             samples.map(|sample| sample.input[0]).collect()
         };
         let unit = |output: Output| bench.structure.unit(output);
+        let first = match over {
+            Over::Time => 0,
+            _ => command.second_period(),
+        };
         let (over, name): (Vec<f64>, String) = match over {
             Over::Time => (bench.series.time.clone(), "time [s]".into()),
             Over::Command => (commanded(), "command [V]".into()),
@@ -295,7 +323,7 @@ impl Signature {
                 name,
                 format!("residual of the {} [{}]", output.name(), unit(output)),
             ],
-            points: points.skip(command.first_shown()).collect(),
+            points: points.skip(first).collect(),
         })
     }
 }

@@ -3,8 +3,10 @@
 mod bench;
 mod datasheet;
 mod devices;
+mod effects;
 mod identify;
 mod options;
+mod plot;
 mod scorecard;
 mod simulate;
 mod synthesize;
@@ -31,6 +33,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Synthesize(synthesize::Arguments),
     Scorecard(scorecard::Arguments),
+    Effects(effects::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
 }
@@ -49,6 +52,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),
         Command::Scorecard(arguments) => scorecard::run(&arguments),
+        Command::Effects(arguments) => effects::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }

@@ -687,7 +687,7 @@ impl<R: Real> Plant<R> {
             Some(actuator) if sticks => R::outlined(
                 #[inline(always)]
                 || {
-                    let path = self.path::<true>(state, input, true);
+                    let path = self.path::<true>(state, input, false);
                     let (mut drive, speed) = actuator.derivative(state[0], state[1], input.command);
                     let mut motion = self.motion(actuator, state[1], speed, &path, zero);
                     for effect in &self.effects {

@@ -1,0 +1,339 @@
+//! The signature of an effect: what it adds to the outputs of a model that is right in all else.
+
+use servobee::Result;
+use servobee::evaluate::problem::Series;
+use servobee::evaluate::simulate::outputs;
+use servobee::model::effects::{Effect, Port, Scale};
+use servobee::model::valve::ValveForm;
+use servobee::model::{Output, Parameter, Structure};
+use servobee::record::{self, Channel, Record};
+use std::f64::consts::TAU;
+
+/// Rows a second.
+const RATE: f64 = 1000.0;
+/// The command at full scale, V.
+pub(super) const FULL_SCALE: f64 = 10.0;
+/// Values of the base model's parameters: a servo valve that passes 100 L/min at its rated drop of 10 bar.
+const VALVE: [(&str, f64); 5] = [
+    ("gain", 200.0),
+    ("time_constant", 0.003),
+    ("saturation", 3.0),
+    ("max_area", 0.6943),
+    ("piston_area", 20.0),
+];
+
+/// What is commanded.
+#[derive(Debug, Clone, Copy)]
+enum Command {
+    /// Periods of so many seconds between +- `height` V.
+    Triangle {
+        height: f64,
+        period: f64,
+        periods: u8,
+    },
+    /// A sine of 5 V whose frequency rises from 0.5 to 5 Hz in 4 s.
+    Chirp,
+    /// 5 V from a tenth of these seconds on.
+    Step { seconds: f64 },
+}
+
+impl Command {
+    fn seconds(self) -> f64 {
+        match self {
+            Self::Triangle {
+                period, periods, ..
+            } => period * f64::from(periods),
+            Self::Chirp => 4.0,
+            Self::Step { seconds } => seconds,
+        }
+    }
+
+    fn at(self, time: f64) -> f64 {
+        match self {
+            Self::Triangle { height, period, .. } => {
+                let phase = (time / period + 0.25).fract();
+                height * (1.0 - 4.0 * (phase - 0.5).abs())
+            }
+            Self::Chirp => 5.0 * (TAU * (0.5 * time + 0.5 * 4.5 / 4.0 * time * time)).sin(),
+            Self::Step { seconds } if time < 0.1 * seconds => 0.0,
+            Self::Step { .. } => 5.0,
+        }
+    }
+
+    /// The row with which the second period starts, where that shows what goes on for ever.
+    fn second_period(self) -> usize {
+        match self {
+            Self::Triangle { period, .. } => (period * RATE) as usize,
+            _ => 0,
+        }
+    }
+
+    fn describe(self) -> String {
+        match self {
+            Self::Triangle { height, period, .. } => {
+                format!("a triangle of +-{height} V every {period} s")
+            }
+            Self::Chirp => "a sine of 5 V from 0.5 to 5 Hz in 4 s".into(),
+            Self::Step { .. } => "a step of 5 V".into(),
+        }
+    }
+}
+
+/// What the residual is drawn over.
+#[derive(Debug, Clone, Copy)]
+enum Over {
+    Time,
+    Command,
+    CommandRate,
+    /// An output of the model without the effect.
+    Output(Output),
+    OutputRate(Output),
+}
+
+/// How an effect is looked at.
+struct View {
+    command: Command,
+    over: Over,
+    output: Output,
+    values: Values,
+}
+
+/// The values of an effect's free parameters.
+#[derive(Debug, Clone, Copy)]
+enum Values {
+    /// Which of those that a diagnosis tries, or the last.
+    Trial(usize),
+    Given(&'static [f64]),
+}
+
+/// The view that shows `effect` best: where its port is usually seen, but for those that show elsewhere.
+fn view(effect: Effect) -> View {
+    use Values::{Given, Trial};
+    let triangle = |height, period, periods| Command::Triangle {
+        height,
+        period,
+        periods,
+    };
+    let (slow, small) = (triangle(9.0, 8.0, 2), triangle(1.0, 1.0, 2));
+    let step = |seconds| Command::Step { seconds };
+    let measured = effect.output.unwrap_or(Output::Flow);
+    let spool = Over::Output(Output::Spool);
+    let (command, over, output, values) = match (effect.entry.name, effect.entry.port) {
+        ("delay", _) => (Command::Chirp, Over::CommandRate, Output::Spool, Trial(1)),
+        // Little below the fastest that is asked for: a valve that is limited for long runs away.
+        ("slew_limit", _) => (Command::Chirp, Over::Time, Output::Spool, Given(&[140.0])),
+        ("flow_force", _) => (slow, spool, Output::Spool, Trial(1)),
+        ("hysteresis", _) => (small, Over::Command, Output::Spool, Trial(1)),
+        // With stiction, so that it lets go with a jump.
+        ("friction", _) => (small, Over::Command, Output::Spool, Given(&[0.15, 0.15])),
+        ("stroke_limit", _) => (slow, Over::Command, Output::Spool, Trial(3)),
+        ("overlap", _) => (slow, spool, measured, Trial(3)),
+        ("leakage", _) => (slow, spool, measured, Trial(2)),
+        ("supply_droop", _) => {
+            let flow = Over::Output(Output::Flow);
+            (triangle(9.0, 2.0, 2), flow, measured, Trial(3))
+        }
+        ("viscosity_drift", _) => (triangle(9.0, 2.0, 4), Over::Time, measured, Trial(0)),
+        ("line_resonance", _) => (step(0.4), Over::Time, measured, Trial(1)),
+        ("compressibility" | "sensor_lag", _) => (
+            Command::Chirp,
+            Over::OutputRate(measured),
+            measured,
+            Trial(1),
+        ),
+        ("periodic_disturbance", _) => (step(0.1), Over::Time, measured, Trial(0)),
+        (_, Port::Command | Port::Actuator) => (slow, Over::Command, Output::Spool, Trial(0)),
+        (_, Port::Area) => (slow, spool, measured, Trial(1)),
+        (_, Port::Flow | Port::Measurement) => (step(4.0), Over::Time, measured, Trial(0)),
+    };
+    View {
+        command,
+        over,
+        output,
+        values,
+    }
+}
+
+/// A residual over what gives the effect away.
+pub(super) struct Signature {
+    /// The parameters of the effect and their values.
+    pub(super) values: Vec<(Parameter, f64)>,
+    /// What is commanded.
+    pub(super) command: String,
+    /// What the axes are.
+    pub(super) names: [String; 2],
+    /// Over and residual.
+    pub(super) points: Vec<[f64; 2]>,
+}
+
+/// The structure that effects are shown on: spool, flow and position of a piston.
+pub(super) fn bench() -> Structure {
+    Structure {
+        observed: Output::ALL.into(),
+        valve: Some(ValveForm::linear()),
+        ..Structure::actuator(FULL_SCALE, "V")
+    }
+}
+
+/// How large things are on a record of so many seconds; a disturbance would be mains hum.
+pub(super) fn scale(seconds: f64) -> Scale {
+    let structure = bench();
+    Scale {
+        command: FULL_SCALE,
+        command_unit: structure.command_unit.clone(),
+        outputs: [FULL_SCALE, 100.0, 100.0],
+        units: Output::ALL.map(|output| structure.unit(output).to_owned()),
+        interval: 1.0 / RATE,
+        length: seconds,
+        temperature: false,
+        pressure: false,
+        rated_drop: 10.0,
+        lines: [Some(50.0); 3],
+    }
+}
+
+/// A simulation of the bench with an effect or without it.
+struct Bench {
+    base: Vec<Parameter>,
+    series: Series,
+    structure: Structure,
+}
+
+impl Bench {
+    fn new(effect: Effect, command: Command) -> Result<Self> {
+        let rows = (command.seconds() * RATE).round() as usize + 1;
+        let time: Vec<f64> = (0..rows).map(|row| row as f64 / RATE).collect();
+        let volts = time.iter().map(|&time| command.at(time)).collect();
+        let channel = (Channel::Command, record::Series::new("V", volts));
+        let record = Record::new("bench", time, [channel])?;
+        let structure = bench().with(effect);
+        let mut series = Series::to_simulate(&record, &structure)?;
+        let parameters = structure.parameters_at(&scale(command.seconds()));
+        series.set_steps(structure.fastest_rate(&parameters), 1);
+        let mut base = bench().parameters();
+        for parameter in &mut base {
+            let value = VALVE.iter().find(|(name, _)| *name == parameter.name);
+            parameter.start = value.map_or(parameter.start, |value| value.1);
+        }
+        Ok(Self {
+            base,
+            series,
+            structure,
+        })
+    }
+
+    fn without(&self) -> Vec<[f64; 3]> {
+        let values: Vec<f64> = self.base.iter().map(|parameter| parameter.start).collect();
+        outputs(&bench(), &values, &self.series)
+    }
+
+    fn with(&self, own: &[f64]) -> Vec<[f64; 3]> {
+        let mut values: Vec<f64> = self.base.iter().map(|parameter| parameter.start).collect();
+        values.extend(own);
+        outputs(&self.structure, &values, &self.series)
+    }
+}
+
+/// Every parameter of `effect` with the value at which the effect is absent, or none where the others see to that.
+pub(super) fn absent(effect: Effect) -> Result<Vec<(Parameter, Option<f64>)>> {
+    let command = view(effect).command;
+    let parameters = effect.parameters(&scale(command.seconds()));
+    let start = |parameter: &Parameter| {
+        let given = effect.entry.neutral.iter();
+        let bare = |name: &str| match effect.output {
+            Some(output) => parameter.name == format!("{name}_{}", output.name()),
+            None => parameter.name == name,
+        };
+        let mut given = given.filter(|(name, _)| bare(name));
+        given.next().map_or(parameter.start, |neutral| neutral.1)
+    };
+    let neutral: Vec<f64> = parameters.iter().map(start).collect();
+    let bench = Bench::new(effect, command)?;
+    let absent = bench.with(&neutral);
+    let value = |i: usize| {
+        let Parameter { low, high, .. } = parameters[i];
+        let mut other = neutral.clone();
+        other[i] = if neutral[i] > low { low } else { high };
+        (bench.with(&other) != absent).then_some(neutral[i])
+    };
+    let values: Vec<Option<f64>> = (0..parameters.len()).map(value).collect();
+    Ok(parameters.into_iter().zip(values).collect())
+}
+
+impl Signature {
+    /// The signature of `effect` on the bench.
+    pub(super) fn new(effect: Effect) -> Result<Self> {
+        let View {
+            command,
+            over,
+            output,
+            values,
+        } = view(effect);
+        let scale = scale(command.seconds());
+        let trials = effect.trials(&scale);
+        let free = match values {
+            Values::Trial(index) => &trials[index.min(trials.len() - 1)],
+            Values::Given(values) => values,
+        };
+        let mut free = free.iter().copied();
+        let values: Vec<(Parameter, f64)> = effect
+            .parameters(&scale)
+            .into_iter()
+            .map(|parameter| {
+                let value = match parameter.fixed {
+                    true => parameter.start,
+                    false => free.next().unwrap_or(parameter.start),
+                };
+                (parameter, value)
+            })
+            .collect();
+        let bench = Bench::new(effect, command)?;
+        let own: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
+        let (without, with) = (bench.without(), bench.with(&own));
+
+        let of = |output: Output| without.iter().map(|row| row[output as usize]).collect();
+        let commanded = || {
+            let samples = bench.series.samples.iter();
+            samples.map(|sample| sample.input[0]).collect()
+        };
+        let unit = |output: Output| bench.structure.unit(output);
+        let first = match over {
+            Over::Time => 0,
+            _ => command.second_period(),
+        };
+        let (over, name): (Vec<f64>, String) = match over {
+            Over::Time => (bench.series.time.clone(), "time [s]".into()),
+            Over::Command => (commanded(), "command [V]".into()),
+            Over::CommandRate => (rate(commanded()), "rate of the command [V/s]".into()),
+            Over::Output(output) => (of(output), format!("{} [{}]", output.name(), unit(output))),
+            Over::OutputRate(output) => (
+                rate(of(output)),
+                format!("rate of the {} [{}/s]", output.name(), unit(output)),
+            ),
+        };
+        let residual = with
+            .iter()
+            .zip(&without)
+            .map(|(with, without)| with[output as usize] - without[output as usize]);
+        let points = over.into_iter().zip(residual).map(|(x, y)| [x, y]);
+        Ok(Self {
+            values,
+            command: command.describe(),
+            names: [
+                name,
+                format!("residual of the {} [{}]", output.name(), unit(output)),
+            ],
+            points: points.skip(first).collect(),
+        })
+    }
+}
+
+/// The rate of change between the neighbours of each row, 1/s.
+fn rate(values: Vec<f64>) -> Vec<f64> {
+    let last = values.len() - 1;
+    let slope = |i: usize| {
+        let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+        (values[after] - values[before]) / (after - before) as f64 * RATE
+    };
+    (0..=last).map(slope).collect()
+}

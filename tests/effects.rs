@@ -155,8 +155,8 @@ fn neutral_pair(base: &Structure, effect: Effect) -> (Problem, Problem) {
         .collect();
     for parameter in parameters.iter_mut().filter(|p| own.contains(&p.name)) {
         parameter.fixed = true;
-        let known = effect.entry.neutral.iter();
-        if let Some((_, value)) = known.filter(|n| parameter.name.starts_with(n.0)).next() {
+        let mut known = effect.entry.neutral.iter();
+        if let Some((_, value)) = known.find(|n| parameter.name.starts_with(n.0)) {
             parameter.start = *value;
         }
     }

@@ -454,8 +454,8 @@ fn a_wrong_shader_is_caught() {
         ),
         (
             "records of many lengths",
-            "samples[record.first + k]",
-            "samples[k]",
+            "samples[record.first + k];\n        var arrived",
+            "samples[k];\n        var arrived",
         ),
         ("linear valve, rated drop", "constants[1u]", "constants[2u]"),
         ("linear valve, rated drop", ", plant.leakage)", ", 0.0)"),

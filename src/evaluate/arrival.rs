@@ -210,7 +210,8 @@ mod tests {
                 true => sample.step,
                 false => arrival.end(piece, sample.substeps, sample.step),
             };
-            if end > begin {
+            // Not what rounding leaves of a piece where a command arrives with a row.
+            if end - begin > 1e-12 {
                 let n = f64::from(sample.substeps);
                 list.push((begin * n, end * n, command));
             }
@@ -231,7 +232,7 @@ mod tests {
             for delay in [0.0, 0.3e-3, 1e-3, 2.7e-3, 13.4e-3] {
                 for row in 0..time.len() - 1 {
                     let found = pieces(&series, row, delay);
-                    assert_eq!(found[0].0, 0.0);
+                    assert!(found[0].0.abs() < 1e-12);
                     assert!((found.last().unwrap().1 - (time[row + 1] - time[row])).abs() < 1e-12);
                     for (begin, end, command) in found {
                         let moment = time[row] + (begin + end) / 2.0 - delay;

@@ -33,6 +33,10 @@ fn settings(problem: &Problem) -> String {
 /// The physics of `problem`'s structure as WGSL: the structs `Plant` and `State`, and the functions `prepare`,
 /// `initial`, `command`, `remember`, `delay`, `observe`, `advance`, `load`, `store` and `diverged` that the loops call.
 pub fn physics(problem: &Problem) -> String {
+    #[allow(
+        clippy::extra_unused_type_parameters,
+        reason = "with_states names the numbers first, and these are always text"
+    )]
     fn traced<R, const N: usize, const EFFECTS: bool>(problem: &Problem) -> String {
         physics_with::<N, EFFECTS>(problem)
     }

@@ -39,3 +39,15 @@ impl<R: Real> Act<R> for AsymmetricGain<R> {
         opening + self.share * opening.abs()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_direction_has_its_gain() {
+        let mut values = [0.25].into_iter();
+        let effect: AsymmetricGain<f64> = AsymmetricGain::new(|| values.next().unwrap());
+        assert_eq!([8.0, -8.0].map(|x| effect.opening(x)), [10.0, -6.0]);
+    }
+}

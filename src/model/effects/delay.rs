@@ -47,3 +47,15 @@ impl<R: Real> Act<R> for Delay<R> {
         Some(self.delay)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_late_by_the_delay() {
+        let mut values = [0.0023].into_iter();
+        let effect: Delay<f64> = Delay::new(|| values.next().unwrap());
+        assert_eq!(effect.delay(), Some(0.0023));
+    }
+}

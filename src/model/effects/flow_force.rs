@@ -43,3 +43,23 @@ impl<R: Real> Act<R> for FlowForce<R> {
         drive - motion.gain * self.share * motion.load
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_drive_loses_the_force() {
+        let mut values = [0.1].into_iter();
+        let effect: FlowForce<f64> = FlowForce::new(|| values.next().unwrap());
+        let motion = Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool: 1.0,
+            speed: 0.0,
+            heading: 0.0,
+            load: 2.0,
+        };
+        assert_eq!(effect.drive(100.0, &motion), 100.0 - 200.0 * 0.1 * 2.0);
+    }
+}

@@ -125,3 +125,29 @@ impl<R: Real> Act<R> for Friction<R> {
         (choose(spool_then + ahead_then, lead), choose(spool_then, spool))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_sticks_slides_and_comes_to_rest() {
+        let mut values = [0.1, 0.2, 5.0].into_iter();
+        let effect: Friction<f64> = Friction::new(|| values.next().unwrap());
+        let motion = |speed, heading| Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool: 1.0,
+            speed,
+            heading,
+            load: 2.0,
+        };
+        // At rest K (F + F_s) = 60 holds it; at the Stribeck speed K (F + F_s / 2) = 40 brakes it.
+        let drive = |drive, speed: f64| effect.drive(drive, &motion(speed, speed));
+        assert!((drive(59.0, 0.0)).abs() < 1e-12 && (drive(-70.0, 0.0) + 10.0).abs() < 1e-9);
+        assert!((drive(0.0, 5.0) + 40.0).abs() < 1e-9 && (drive(0.0, -5.0) - 40.0).abs() < 1e-9);
+        // From 4 V/s to -4 V/s: at rest in the middle of the step, 4 * 0.5 / 2 of a step further.
+        let (lead, spool) = effect.settle(1.0 - 0.012, 1.0, 30.0, &motion(4.0, 1.0), 1e-3);
+        assert!(lead == spool && (spool - 1.001).abs() < 1e-12, "{lead} {spool}");
+    }
+}

@@ -40,3 +40,16 @@ impl<R: Real> Act<R> for GainCurvature<R> {
         opening + self.share * opening * (opening.abs() * full - R::constant(1.0))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_bends_between_null_and_full_scale() {
+        let mut values = [0.2].into_iter();
+        let effect: GainCurvature<f64> = GainCurvature::new(|| values.next().unwrap());
+        let found = [0.0, 50.0, -50.0, 100.0].map(|x| effect.opening(x));
+        assert_eq!(found, [0.0, 45.0, -45.0, 100.0]);
+    }
+}

@@ -58,3 +58,18 @@ impl<R: Real> Act<R> for Hysteresis<R> {
         own[0] = value;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_play_follows_at_its_half_width() {
+        let mut values = [0.5].into_iter();
+        let effect: Hysteresis<f64> = Hysteresis::new(|| values.next().unwrap());
+        let mut own = [0.0];
+        effect.settled(&mut own, 1.0);
+        let found = [1.25, 2.0, 3.0, 2.5, 2.0, 1.0].map(|u| effect.command(&mut own, u));
+        assert_eq!(found, [1.0, 1.5, 2.5, 2.5, 2.5, 1.5]);
+    }
+}

@@ -74,3 +74,21 @@ impl<R: Real> Act<R> for Leakage<R> {
         flow + peak + self.laminar * moment.drop
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_half_at_its_width() {
+        let mut values = [1.5, 3.0, 0.02].into_iter();
+        let effect: Leakage<f64> = Leakage::new(|| values.next().unwrap());
+        let moment = Moment {
+            time: 2.0,
+            temperature: 50.0,
+            opening: 3.0,
+            drop: 10.0,
+        };
+        assert!((effect.flow(30.0, &moment) - (30.0 + 0.75 + 0.2)).abs() < 1e-12);
+    }
+}

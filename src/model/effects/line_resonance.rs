@@ -89,3 +89,31 @@ impl<R: Real> Act<R> for LineResonance<R> {
         value + self.share * (own[0] - value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_rings_as_the_closed_form_says() {
+        let mut values = [100.0, 0.1, 1.0].into_iter();
+        let effect: LineResonance<f64> = LineResonance::new(|| values.next().unwrap());
+        let mut own = [0.0; 2];
+        effect.settled(&mut own, 0.0);
+        for _ in 0..300 {
+            effect.filter(&mut own, 1.0, 1.0, 2e-5);
+        }
+        let rate = 100.0 * std::f64::consts::TAU;
+        let damped = rate * (1.0f64 - 0.01).sqrt();
+        let t = 300.0 * 2e-5;
+        let ring = (damped * t).cos() + 0.1 * rate / damped * (damped * t).sin();
+        let exact = 1.0 - (-0.1 * rate * t).exp() * ring;
+        let moment = Moment {
+            time: 2.0,
+            temperature: 50.0,
+            opening: 3.0,
+            drop: 10.0,
+        };
+        assert!((effect.measure(&own, 7.0, &moment) - exact).abs() < 1e-8);
+    }
+}

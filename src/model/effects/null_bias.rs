@@ -47,3 +47,15 @@ impl<R: Real> Act<R> for NullBias<R> {
         command + self.bias
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_is_shifted() {
+        let mut values = [0.3].into_iter();
+        let effect: NullBias<f64> = NullBias::new(|| values.next().unwrap());
+        assert_eq!(effect.command(&mut [], 2.0), 2.3);
+    }
+}

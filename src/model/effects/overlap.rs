@@ -39,3 +39,16 @@ impl<R: Real> Act<R> for Overlap<R> {
         opening - opening.clamp(-self.width, self.width)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_opens_within_the_overlap() {
+        let mut values = [5.0].into_iter();
+        let effect: Overlap<f64> = Overlap::new(|| values.next().unwrap());
+        let found = [-30.0, -5.0, 2.0, 6.0].map(|x| effect.opening(x));
+        assert_eq!(found, [-25.0, 0.0, 0.0, 1.0]);
+    }
+}

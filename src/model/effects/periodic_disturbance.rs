@@ -78,3 +78,22 @@ impl<R: Real> Act<R> for PeriodicDisturbance<R> {
         value + (self.sine * sine + self.cosine * cosine)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_adds_a_sine_and_a_cosine() {
+        let mut values = [50.125, 0.3, 0.4].into_iter();
+        let effect: PeriodicDisturbance<f64> = PeriodicDisturbance::new(|| values.next().unwrap());
+        let moment = Moment {
+            time: 2.0,
+            temperature: 50.0,
+            opening: 3.0,
+            drop: 10.0,
+        };
+        // 100 and a quarter turns: the sine alone.
+        assert!((effect.measure(&[], 1.0, &moment) - 1.3).abs() < 1e-9);
+    }
+}

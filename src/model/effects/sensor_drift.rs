@@ -47,3 +47,21 @@ impl<R: Real> Act<R> for SensorDrift<R> {
         value + self.rate * moment.time
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_adds_a_ramp() {
+        let mut values = [0.25].into_iter();
+        let effect: SensorDrift<f64> = SensorDrift::new(|| values.next().unwrap());
+        let moment = Moment {
+            time: 2.0,
+            temperature: 50.0,
+            opening: 3.0,
+            drop: 10.0,
+        };
+        assert_eq!(effect.measure(&[], 1.0, &moment), 1.5);
+    }
+}

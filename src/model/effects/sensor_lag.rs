@@ -60,3 +60,29 @@ impl<R: Real> Act<R> for SensorLag<R> {
         self.time_constant.if_positive(own[0], value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_is_late_by_the_time_constant() {
+        let mut values = [0.02].into_iter();
+        let effect: SensorLag<f64> = SensorLag::new(|| values.next().unwrap());
+        let mut own = [0.0];
+        effect.settled(&mut own, 0.0);
+        // On a ramp of 1 per second it ends 0.02 s late.
+        for k in 0..40 {
+            let now = f64::from(k) * 0.01;
+            effect.filter(&mut own, now, now + 0.01, 0.01);
+        }
+        let moment = Moment {
+            time: 2.0,
+            temperature: 50.0,
+            opening: 3.0,
+            drop: 10.0,
+        };
+        let exact = 0.4 - 0.02 * (1.0 - (-20.0f64).exp());
+        assert!((effect.measure(&own, 0.4, &moment) - exact).abs() < 1e-6);
+    }
+}

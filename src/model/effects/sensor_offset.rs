@@ -47,3 +47,21 @@ impl<R: Real> Act<R> for SensorOffset<R> {
         value + self.offset
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_adds_the_offset() {
+        let mut values = [-0.25].into_iter();
+        let effect: SensorOffset<f64> = SensorOffset::new(|| values.next().unwrap());
+        let moment = Moment {
+            time: 2.0,
+            temperature: 50.0,
+            opening: 3.0,
+            drop: 10.0,
+        };
+        assert_eq!(effect.measure(&[], 1.0, &moment), 0.75);
+    }
+}

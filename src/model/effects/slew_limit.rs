@@ -58,3 +58,26 @@ impl<R: Real> Act<R> for SlewLimit<R> {
         (lead.clamp(spool - most, spool + most), spool)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neither_speed_nor_lead_passes_the_limit() {
+        let mut values = [100.0].into_iter();
+        let effect: SlewLimit<f64> = SlewLimit::new(|| values.next().unwrap());
+        let start = Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool: 1.0,
+            speed: 100.0,
+            heading: 0.0,
+            load: 2.0,
+        };
+        assert_eq!([-150.0, 50.0].map(|v| effect.speed(v)), [-100.0, 50.0]);
+        let (lead, spool) = effect.settle(2.0, 1.0, 0.0, &start, 1e-4);
+        assert!((lead - 1.3).abs() < 1e-12 && spool == 1.0);
+        assert_eq!(effect.settle(1.2, 1.0, 0.0, &start, 1e-4), (1.2, 1.0));
+    }
+}

@@ -68,3 +68,28 @@ impl<R: Real> Act<R> for StrokeLimit<R> {
         (choose(top.0, bottom.0, lead), choose(top.1, bottom.1, spool))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_stops_where_it_meets_the_end() {
+        let mut values = [1.5].into_iter();
+        let effect: StrokeLimit<f64> = StrokeLimit::new(|| values.next().unwrap());
+        let start = Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool: 1.0,
+            speed: 0.0,
+            heading: 0.0,
+            load: 2.0,
+        };
+        // Pushed on it stays; pulled back by 100 V/s for half the step it leaves.
+        assert_eq!(effect.settle(4.0, 2.0, 50.0, &start, 1e-3), (1.5, 1.5));
+        let (lead, spool) = effect.settle(4.0, 2.0, -100.0, &start, 1e-3);
+        let expected = 1.5 - 0.5 * 0.05 * 5e-4 / 0.003;
+        assert!((spool - expected).abs() < 1e-12 && (lead - spool + 0.05).abs() < 1e-12);
+        assert_eq!(effect.settle(1.2, 1.4, 50.0, &start, 1e-3), (1.2, 1.4));
+    }
+}

@@ -74,3 +74,19 @@ impl<R: Real> Act<R> for SupplyDroop<R> {
         own[0] = flow.abs();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_supply_falls_with_the_flow_that_it_feels() {
+        let mut values = [0.05, 0.02].into_iter();
+        let effect: SupplyDroop<f64> = SupplyDroop::new(|| values.next().unwrap());
+        let mut own = [0.0];
+        effect.settled_supply(&mut own, -40.0);
+        assert_eq!(effect.supply(&own, 10.0), 8.0);
+        assert_eq!(effect.drawn(&own, -40.0), 0.0);
+        assert!((effect.drawn(&own, 20.0) + 1000.0).abs() < 1e-9);
+    }
+}

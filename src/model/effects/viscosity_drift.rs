@@ -60,3 +60,21 @@ impl<R: Real> Act<R> for ViscosityDrift<R> {
         flow + flow * (self.drift * moment.time + self.per_kelvin * warmer)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_flow_grows_with_time_and_temperature() {
+        let mut values = [0.01, 0.002].into_iter();
+        let effect: ViscosityDrift<f64> = ViscosityDrift::new(|| values.next().unwrap());
+        let moment = Moment {
+            time: 2.0,
+            temperature: 50.0,
+            opening: 3.0,
+            drop: 10.0,
+        };
+        assert!((effect.flow(30.0, &moment) - 30.0 * 1.04).abs() < 1e-12);
+    }
+}

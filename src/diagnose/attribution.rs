@@ -204,10 +204,10 @@ impl<'a> Search<'a> {
         let mut starts = Vec::new();
         for one in &plausible {
             (self.progress)(&format!("round {round}: {}", one.effect));
-            for (trial, _) in one.trials.iter().take(2) {
-                starts.push((one.effect, self.evidence.extended(model, one.effect, trial)));
+            for (start, _) in one.starts.iter().take(2) {
+                starts.push((one.effect, self.evidence.extended(model, one.effect, start)));
             }
-            let first = self.evidence.extended(model, one.effect, &one.trials[0].0);
+            let first = self.evidence.extended(model, one.effect, &one.starts[0].0);
             let (found, evaluations) = self.evidence.forage(&first, SWARM, self.evaluator)?;
             self.evaluations += evaluations;
             starts.push((one.effect, found));
@@ -314,11 +314,11 @@ impl<'a> Search<'a> {
                 let one = self.evidence.polished(self.evidence.extended(
                     model,
                     first.effect,
-                    &first.trials[0].0,
+                    &first.starts[0].0,
                 ))?;
                 let both = self
                     .evidence
-                    .extended(&one, second.effect, &second.trials[0].0);
+                    .extended(&one, second.effect, &second.starts[0].0);
                 self.evidence.polished(both)
             })
             .collect();

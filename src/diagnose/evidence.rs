@@ -7,7 +7,7 @@ use crate::evaluate::{Evaluator, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Parameter, Structure};
 use crate::search::polish::{PolishOptions, polish};
-use crate::search::{Bees, Settings, Start};
+use crate::search::{self, Bees, Settings};
 use std::sync::Arc;
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
@@ -68,6 +68,32 @@ impl Model {
     /// The structure.
     pub(super) fn structure(&self) -> &Structure {
         &self.problem.structure
+    }
+}
+
+/// Where the search for an effect begins.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Start {
+    /// Values of its free parameters.
+    pub(super) trial: Vec<f64>,
+    /// Whether what imitates it in the base model is taken back.
+    pub(super) released: bool,
+}
+
+impl Start {
+    /// Where the search for `effect` begins.
+    pub(super) fn all(effect: &Effect, sizes: &Scale) -> Vec<Self> {
+        let imitated = !effect.entry.imitated_by.is_empty();
+        let one = |trial: Vec<f64>| {
+            [false, true]
+                .into_iter()
+                .take(1 + usize::from(imitated))
+                .map(move |released| Self {
+                    trial: trial.clone(),
+                    released,
+                })
+        };
+        effect.trials(sizes).into_iter().flat_map(one).collect()
     }
 }
 
@@ -135,10 +161,16 @@ impl Evidence {
         }
     }
 
-    /// `model` with `effect`, whose free parameters start at `trial`.
-    pub(super) fn extended(&self, model: &Model, effect: Effect, trial: &[f64]) -> Problem {
+    /// `model` with `effect`, where `start` says.
+    pub(super) fn extended(&self, model: &Model, effect: Effect, start: &Start) -> Problem {
+        let Start { trial, released } = start;
         let structure = model.structure().with(effect);
         let mut start = model.problem.parameters.clone();
+        for parameter in &mut start {
+            if *released && effect.entry.imitated_by.contains(&parameter.name.as_str()) {
+                parameter.start = parameter.high;
+            }
+        }
         let own = effect.parameters(&self.sizes);
         let free = own.into_iter().filter(|p| !p.fixed);
         start.extend(free.zip(trial).map(|(parameter, &value)| Parameter {
@@ -156,7 +188,7 @@ impl Evidence {
         evaluator: &mut dyn Evaluator,
     ) -> Result<(Problem, usize)> {
         let free = problem.free();
-        let start = Start::From(problem.start());
+        let start = search::Start::From(problem.start());
         let mut bees = Bees::new(&free, settings, start, self.seed)?;
         while !bees.finished() {
             let costs = evaluator.costs(problem, &bees.ask())?;

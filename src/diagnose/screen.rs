@@ -10,7 +10,7 @@
 //! whole screening is repeated on each surrogate, and the best effect of each makes the null distribution: its level holds
 //! for the family of all effects and trials, not for each alone.
 
-use super::evidence::{Evidence, Model, Side};
+use super::evidence::{Evidence, Model, Side, Start};
 use super::linear::{Basis, Linear, dot};
 use crate::model::effects::{CATALOGUE, Effect};
 use rand::{RngExt, SeedableRng};
@@ -25,8 +25,8 @@ const SURROGATES: usize = 999;
 pub(super) struct Screened {
     /// The effect.
     pub(super) effect: Effect,
-    /// Values of its free parameters at its trials, the most promising first, with the cost that each promises.
-    pub(super) trials: Vec<(Vec<f64>, f64)>,
+    /// Where its search begins, the most promising first, with the cost that each promises.
+    pub(super) starts: Vec<(Start, f64)>,
     /// Share of the cost that it promises to explain.
     pub(super) promise: f64,
     /// Chance of as good a promise of any effect where none is missing.
@@ -47,7 +47,7 @@ pub(super) struct Screening {
 /// One trial of one effect.
 struct Tried {
     effect: Effect,
-    trial: Vec<f64>,
+    start: Start,
     cost: f64,
     directions: Basis,
 }
@@ -65,16 +65,20 @@ impl Screening {
         base.remove_from(&mut residual);
         let structure = model.structure();
         let sizes = &evidence.sizes;
-        let trials: Vec<(Effect, Vec<f64>)> = CATALOGUE
+        let starts: Vec<(Effect, Start)> = CATALOGUE
             .iter()
             .flat_map(|entry| entry.on(structure))
             .filter(|effect| !structure.effects.contains(effect) && allowed(effect))
-            .flat_map(|effect| effect.trials(sizes).into_iter().map(move |t| (effect, t)))
+            .flat_map(|effect| {
+                Start::all(&effect, sizes)
+                    .into_iter()
+                    .map(move |s| (effect, s))
+            })
             .collect();
-        let tried: Vec<Tried> = trials
+        let tried: Vec<Tried> = starts
             .into_par_iter()
-            .filter_map(|(effect, trial)| {
-                tried(evidence, model, &here.residual, &base, effect, trial)
+            .filter_map(|(effect, start)| {
+                tried(evidence, model, &here.residual, &base, effect, start)
             })
             .collect();
         let cost = dot(&here.residual, &here.residual);
@@ -90,16 +94,16 @@ impl Screening {
             match effects.iter_mut().find(|other| other.effect == one.effect) {
                 Some(known) => {
                     known.p_value = known.p_value.min(p_value);
-                    let better = one.cost < known.trials[0].1;
-                    let place = usize::from(!better) * known.trials.len();
-                    known.trials.insert(place, (one.trial, one.cost));
+                    let better = one.cost < known.starts[0].1;
+                    let place = usize::from(!better) * known.starts.len();
+                    known.starts.insert(place, (one.start, one.cost));
                     if better {
                         known.directions = one.directions;
                     }
                 }
                 None => effects.push(Screened {
                     effect: one.effect,
-                    trials: vec![(one.trial, one.cost)],
+                    starts: vec![(one.start, one.cost)],
                     promise: 0.0,
                     p_value,
                     directions: one.directions,
@@ -107,8 +111,8 @@ impl Screening {
             }
         }
         for effect in &mut effects {
-            effect.trials.sort_by(|a, b| a.1.total_cmp(&b.1));
-            effect.promise = 1.0 - effect.trials[0].1 / cost;
+            effect.starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+            effect.promise = 1.0 - effect.starts[0].1 / cost;
         }
         effects.sort_by(|a, b| b.promise.total_cmp(&a.promise));
         Some(Self { effects, residual })
@@ -143,9 +147,9 @@ fn tried(
     residual: &[f64],
     base: &Basis,
     effect: Effect,
-    trial: Vec<f64>,
+    start: Start,
 ) -> Option<Tried> {
-    let problem = evidence.extended(model, effect, &trial);
+    let problem = evidence.extended(model, effect, &start);
     let there = Linear::new(&problem)?;
     // What the trial changes, and what its parameters change there.
     let secant = residual.iter().zip(&there.residual).map(|(a, b)| a - b);
@@ -167,7 +171,7 @@ fn tried(
     let cost = dot(&there.residual, &there.residual) - reached.explained(&there.residual);
     Some(Tried {
         effect,
-        trial,
+        start,
         cost,
         directions,
     })
@@ -175,7 +179,7 @@ fn tried(
 
 /// What the linearised refit of a trial leaves of the residual.
 fn left(evidence: &Evidence, model: &Model, tried: &Tried) -> Option<Vec<f64>> {
-    let problem = evidence.extended(model, tried.effect, &tried.trial);
+    let problem = evidence.extended(model, tried.effect, &tried.start);
     let mut there = Linear::new(&problem)?;
     Basis::spanning(there.columns).remove_from(&mut there.residual);
     Some(there.residual)

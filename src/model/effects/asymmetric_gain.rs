@@ -14,6 +14,7 @@ pub(super) const ENTRY: Entry = Entry {
     source: "asymmetric metering edges, differential cylinders; ISO 10770-1, symmetry",
     parameters: |_, _| vec![Parameter::linear("asymmetric_gain", "1", -0.9, 0.0, 0.9)],
     trials: |_, _| vec![vec![0.05]],
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::has_a_valve,

@@ -22,6 +22,7 @@ pub(super) const ENTRY: Entry = Entry {
         )]
     },
     trials: |scale, _| [1.0, 6.0, 40.0].map(|n| vec![n * scale.interval]).to_vec(),
+    imitated_by: &[],
     states: &["filled"],
     neutral: &[("compressibility", 0.0)],
     applies: entry::has_a_valve,

@@ -22,6 +22,7 @@ pub(super) const ENTRY: Entry = Entry {
         )]
     },
     trials: |scale, _| [1.0, 4.0, 15.0].map(|n| vec![n * scale.interval]).to_vec(),
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::always,

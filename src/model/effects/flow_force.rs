@@ -14,6 +14,7 @@ pub(super) const ENTRY: Entry = Entry {
     source: "Merritt, Hydraulic Control Systems, 1967: F = 2 Cd Cv w x dp cos(69 deg)",
     parameters: |_, _| vec![Parameter::linear("flow_force", "1", 0.0, 0.0, 1.0)],
     trials: |_, _| vec![vec![0.03], vec![0.2]],
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::moves_a_spool,

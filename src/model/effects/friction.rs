@@ -43,6 +43,7 @@ pub(super) const ENTRY: Entry = Entry {
             .map(|share| vec![share * scale.command, 0.0])
             .to_vec()
     },
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::moves_a_spool,

@@ -14,6 +14,7 @@ pub(super) const ENTRY: Entry = Entry {
     source: "shaped metering edges; ISO 10770-1, linearity",
     parameters: |_, _| vec![Parameter::linear("gain_curvature", "1", -0.95, 0.0, 0.95)],
     trials: |_, _| vec![vec![0.05], vec![0.3]],
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::has_a_valve,

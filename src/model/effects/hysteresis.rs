@@ -26,6 +26,7 @@ pub(super) const ENTRY: Entry = Entry {
             .map(|share| vec![share * scale.command])
             .to_vec()
     },
+    imitated_by: &[],
     states: &["play"],
     neutral: &[],
     applies: entry::always,

@@ -41,6 +41,7 @@ pub(super) const ENTRY: Entry = Entry {
             })
             .to_vec()
     },
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::has_a_valve,

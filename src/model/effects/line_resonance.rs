@@ -30,6 +30,7 @@ pub(super) const ENTRY: Entry = Entry {
             .map(|share| vec![share / scale.interval, 0.15])
             .to_vec()
     },
+    imitated_by: &[],
     states: &["column", "column_rate"],
     neutral: &[("line_share", 0.0)],
     applies: entry::has_a_valve,

@@ -22,6 +22,7 @@ pub(super) const ENTRY: Entry = Entry {
         )]
     },
     trials: |scale, _| vec![vec![0.01 * scale.command]],
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::always,

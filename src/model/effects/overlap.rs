@@ -14,6 +14,7 @@ pub(super) const ENTRY: Entry = Entry {
     source: "Merritt, Hydraulic Control Systems, 1967; ISO 10770-1, overlap",
     parameters: |_, _| vec![Parameter::linear("overlap", "%", 0.0, 0.0, 50.0)],
     trials: |_, _| [1.0, 3.0, 8.0, 20.0].map(|width| vec![width]).to_vec(),
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::has_a_valve,

@@ -44,6 +44,7 @@ pub(super) const ENTRY: Entry = Entry {
             .into_iter()
             .collect()
     },
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::always,

@@ -22,6 +22,7 @@ pub(super) const ENTRY: Entry = Entry {
         )]
     },
     trials: |scale, output| vec![vec![0.02 * scale.output(output) / scale.length]],
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::always,

@@ -22,6 +22,7 @@ pub(super) const ENTRY: Entry = Entry {
         )]
     },
     trials: |scale, output| vec![vec![0.01 * scale.output(output)]],
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::always,

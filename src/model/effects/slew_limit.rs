@@ -26,6 +26,7 @@ pub(super) const ENTRY: Entry = Entry {
             .map(|rate| vec![rate * scale.command])
             .to_vec()
     },
+    imitated_by: &["saturation"],
     states: &[],
     neutral: &[],
     applies: entry::moves_a_spool,

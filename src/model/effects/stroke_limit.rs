@@ -26,6 +26,7 @@ pub(super) const ENTRY: Entry = Entry {
             .map(|share| vec![share * scale.command])
             .to_vec()
     },
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::moves_a_spool,

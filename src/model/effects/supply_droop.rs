@@ -35,6 +35,7 @@ pub(super) const ENTRY: Entry = Entry {
         .map(|(share, lag)| vec![share * scale.rated_drop / scale.outputs[1], lag])
         .to_vec()
     },
+    imitated_by: &[],
     states: &["drawn"],
     neutral: &[],
     applies: entry::has_a_rated_drop,

@@ -30,6 +30,7 @@ pub(super) const ENTRY: Entry = Entry {
         true => vec![vec![1e-3]],
         false => vec![vec![0.03 / scale.length]],
     },
+    imitated_by: &[],
     states: &[],
     neutral: &[],
     applies: entry::has_a_valve,

@@ -406,6 +406,7 @@ fn document(
         verdict: Verdict::None,
         effects: Vec::new(),
         considered: Vec::new(),
+        free_form: None,
         explained: 1.0,
         error: ErrorPair {
             before: sides.clone(),

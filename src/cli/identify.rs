@@ -6,7 +6,9 @@ use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, iden
 use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{Mapping, Record};
-use servobee::report::{ConsideredEffect, Document, ImprovementReport, ModelFile, ParameterReport};
+use servobee::report::{
+    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile, ParameterReport,
+};
 use servobee::search::Plan;
 use servobee::{Error, Result};
 use std::path::PathBuf;
@@ -209,6 +211,9 @@ fn print_effects(identified: &Identified, document: &Document) {
         );
     }
     println!();
+    if let Some(form) = &document.free_form {
+        print_free_form(form);
+    }
     if !added.is_empty() {
         let rows = added.iter().map(|one| {
             let tied: Vec<String> = one.tied_with.iter().map(ToString::to_string).collect();
@@ -241,6 +246,22 @@ fn print_effects(identified: &Identified, document: &Document) {
         }
         println!();
     }
+}
+
+fn print_free_form(form: &FreeFormReport) {
+    let place = match &form.channel {
+        Some(channel) => format!("the measured {channel}"),
+        None => format!("the {} port", form.port),
+    };
+    println!(
+        "A curve of the {} added at {place} takes the held-out error from {:.3} to {:.3} times the noise floor:\n",
+        form.signal, form.error_before, form.error_after
+    );
+    let row = |knot: &Knot| vec![number(knot.signal), number(knot.value)];
+    let signal = format!("{} [{}]", form.signal, form.signal_unit);
+    let added = format!("added [{}]", form.unit);
+    let rows: Vec<Vec<String>> = form.curve.iter().map(row).collect();
+    println!("{}\n", table(&[signal.as_str(), added.as_str()], rows));
 }
 
 fn print_errors(identified: &Identified) {

@@ -115,7 +115,7 @@ impl<'a> Search<'a> {
             allowed,
             max_effects,
             progress,
-            excess: (base.loss(Side::HoldOut) - 1.0).max(0.0),
+            excess: excess(base),
             refits: HashMap::new(),
             considered: Vec::new(),
             evaluations: 0,
@@ -230,23 +230,9 @@ impl<'a> Search<'a> {
         Ok(models)
     }
 
-    /// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough.
+    /// [`worth`] on this search's evidence.
     fn worth(&self, before: &Model, after: &Model) -> bool {
-        let (old, new) = (before.loss(Side::HoldOut), after.loss(Side::HoldOut));
-        let least = (LEAST_OF_COST * old).max(LEAST_OF_EXCESS * self.excess);
-        if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
-            return false;
-        }
-        let weights = vec![1.0; before.hold_out.len()];
-        let starts = self.evidence.starts(Side::HoldOut);
-        let gain = improvement(
-            &before.hold_out,
-            &after.hold_out,
-            &weights,
-            &starts,
-            self.evidence.seed,
-        );
-        gain.percent.low > 0.0
+        worth(self.evidence, self.excess, before, after)
     }
 
     /// Whether the rows, fitted and held out, surely prefer the first model to the second.
@@ -444,6 +430,31 @@ impl<'a> Search<'a> {
             });
         }
     }
+}
+
+/// Held-out cost of a model above the noise.
+pub(super) fn excess(model: &Model) -> f64 {
+    (model.loss(Side::HoldOut) - 1.0).max(0.0)
+}
+
+/// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough. `excess` is the
+/// base model's held-out cost above the noise.
+pub(super) fn worth(evidence: &Evidence, excess: f64, before: &Model, after: &Model) -> bool {
+    let (old, new) = (before.loss(Side::HoldOut), after.loss(Side::HoldOut));
+    let least = (LEAST_OF_COST * old).max(LEAST_OF_EXCESS * excess);
+    if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
+        return false;
+    }
+    let weights = vec![1.0; before.hold_out.len()];
+    let starts = evidence.starts(Side::HoldOut);
+    let gain = improvement(
+        &before.hold_out,
+        &after.hold_out,
+        &weights,
+        &starts,
+        evidence.seed,
+    );
+    gain.percent.low > 0.0
 }
 
 fn names(model: &Model) -> Vec<String> {

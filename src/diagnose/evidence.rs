@@ -148,6 +148,9 @@ impl Evidence {
         for effect in &structure.effects {
             parameters.extend(effect.parameters(&self.sizes));
         }
+        if let Some(form) = &structure.free_form {
+            parameters.extend(form.parameters(&self.sizes));
+        }
         for parameter in &mut parameters {
             if let Some(known) = start.iter().find(|p| p.name == parameter.name) {
                 parameter.start = parameter.clamp(known.start);

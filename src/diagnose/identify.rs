@@ -1,7 +1,8 @@
 //! From records to a diagnosed model: fit, score on the hold-out, look at what is left.
 
-use super::attribution::Search;
+use super::attribution::{Search, excess, worth};
 use super::evidence::{Evidence, Model, Side, set_start};
+use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::score::{Compared, errors};
 use super::verdict::Grounds;
 use super::{Added, Considered, Improvement, Noise, Remaining, Residuals, Verdict};
@@ -75,6 +76,9 @@ const EXACT: f64 = 99.99;
 /// No channel's noise is taken to be smaller than this fraction of its range: the integrator's error is not far below.
 const SMALLEST_NOISE: f64 = 1e-4;
 
+/// A noise floor is lowered if what is left at rest falls below this share of it.
+const QUIETER: f64 = 0.93;
+
 /// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster.
 const HEADROOM: f64 = 3.0;
 
@@ -122,6 +126,8 @@ pub struct Identified {
     pub after: Fitted,
     /// The effects of the result, in the order in which they were added.
     pub added: Vec<Added>,
+    /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
+    pub free_form: Option<FoundForm>,
     /// Every effect that was looked at, round by round.
     pub considered: Vec<Considered>,
     /// By how much the error fell, on fitted and on held-out rows, all channels in units of their noise.
@@ -164,91 +170,164 @@ pub fn identify(
     })?;
     let mut evaluations = found.evaluations;
     let first = Fitted::new(problem.clone(), found, &measurements, None, plan.seed);
-    let noise = first.noise(&measurements);
-    for output in Output::ALL {
-        let range = variance(&measurements.fit, output).sqrt();
-        problem.scale[output as usize] = match noise.get(output.name()) {
-            Some(noise) => noise.value.max(SMALLEST_NOISE * range).powi(-2),
-            None => 0.0,
-        };
-    }
-    // Each channel now counts by its noise.
-    progress("base model: polishing");
-    let polished = refine(&problem, first.fit.values(), plan)?;
-    evaluations += polished.evaluations;
-    let before = Fitted::new(problem, polished, &measurements, Some(&noise), plan.seed);
-
-    let mut evidence = Evidence::new(&before, &measurements, sizes, plan.seed);
-    let base = evidence.start_from(&before);
-    let mut attribution = None;
-    if options.max_effects > 0
-        && !before.exact()
-        && let Some(base) = &base
-    {
-        evidence.find_lines(base);
-        let allowed = |effect: &Effect| options.effects.contains(effect);
-        let search = Search::new(
-            &evidence,
-            base,
-            evaluator,
-            &allowed,
-            options.max_effects,
-            progress,
-        );
-        attribution = Some(search.run(base)?);
-    }
-    let mut after = before.clone();
-    let mut added = Vec::new();
-    let mut considered = Vec::new();
-    let mut grounds = Grounds {
-        before: 1.0,
-        after: 1.0,
-        added: false,
-        structured_before: before.structured(),
-        structured_after: before.structured(),
+    let noise = first.noise(&measurements, false);
+    let start = first.fit.values();
+    let mut diagnosis = Diagnosis {
+        evaluator,
+        plan,
+        options,
+        progress,
+        measurements: &measurements,
+        sizes,
     };
-    if let (Some(base), Some(found)) = (&base, attribution) {
-        evaluations += found.evaluations;
-        considered = found.considered;
-        grounds.before = base.loss(Side::HoldOut);
-        grounds.after = found.model.loss(Side::HoldOut);
-        if !found.added.is_empty() {
-            progress("polishing the result");
-            let problem = Problem {
-                data: before.problem.data.clone(),
-                ..found.model.problem.clone()
+    let mut result = diagnosis.of(problem.clone(), start, noise)?;
+    evaluations += result.evaluations;
+    // What was taken for noise at rest may have been an effect: a hum, say. Once it is named, the floor is lower.
+    let floor = result.after.noise(&measurements, true);
+    let lower = |(name, before): (&String, &Noise)| floor[name].value < QUIETER * before.value;
+    if !result.added.is_empty() && result.noise.iter().any(lower) {
+        result = diagnosis.of(problem, start, floor)?;
+        evaluations += result.evaluations;
+    }
+    result.evaluations = evaluations;
+    Ok(result)
+}
+
+/// What does not change while a record is diagnosed.
+struct Diagnosis<'a> {
+    evaluator: &'a mut dyn Evaluator,
+    plan: &'a Plan,
+    options: &'a Options,
+    progress: &'a mut dyn FnMut(&str),
+    measurements: &'a Measurements,
+    sizes: Scale,
+}
+
+impl Diagnosis<'_> {
+    /// Diagnoses `problem`, whose base parameters are near `start`, where the channels have this `noise`.
+    fn of(
+        &mut self,
+        mut problem: Problem,
+        start: &[f64],
+        noise: BTreeMap<String, Noise>,
+    ) -> Result<Identified> {
+        let Self {
+            evaluator,
+            plan,
+            options,
+            progress,
+            measurements,
+            sizes,
+        } = self;
+        let mut evaluations = 0;
+        for output in Output::ALL {
+            let range = variance(&measurements.fit, output).sqrt();
+            problem.scale[output as usize] = match noise.get(output.name()) {
+                Some(noise) => noise.value.max(SMALLEST_NOISE * range).powi(-2),
+                None => 0.0,
             };
-            let polished = refine(&problem, &problem.start(), plan)?;
-            evaluations += polished.evaluations;
-            let candidate = Fitted::new(problem, polished, &measurements, Some(&noise), plan.seed);
-            grounds.added = true;
-            grounds.structured_after = candidate.structured();
-            if grounds.verdict() == Verdict::Found {
-                after = candidate;
-                added = found.added;
-            } else {
-                for one in &mut considered {
-                    if found.added.iter().any(|added| added.effect == one.effect) {
-                        one.decision = "helps, but leaves too much: no name for what is missing";
+        }
+        // Each channel now counts by its noise.
+        progress("base model: polishing");
+        let polished = refine(&problem, start, plan)?;
+        evaluations += polished.evaluations;
+        let before = Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
+
+        let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan.seed);
+        let base = evidence.start_from(&before);
+        let mut attribution = None;
+        if options.max_effects > 0
+            && !before.exact()
+            && let Some(base) = &base
+        {
+            evidence.find_lines(base);
+            let allowed = |effect: &Effect| options.effects.contains(effect);
+            let search = Search::new(
+                &evidence,
+                base,
+                &mut **evaluator,
+                &allowed,
+                options.max_effects,
+                &mut **progress,
+            );
+            attribution = Some(search.run(base)?);
+        }
+        let mut after = before.clone();
+        let mut added = Vec::new();
+        let mut considered = Vec::new();
+        let mut grounds = Grounds {
+            before: 1.0,
+            after: 1.0,
+            added: false,
+            structured_before: before.structured(),
+            structured_after: before.structured(),
+        };
+        if let (Some(base), Some(found)) = (&base, attribution) {
+            evaluations += found.evaluations;
+            considered = found.considered;
+            grounds.before = base.loss(Side::HoldOut);
+            grounds.after = found.model.loss(Side::HoldOut);
+            if !found.added.is_empty() {
+                progress("polishing the result");
+                let problem = Problem {
+                    data: before.problem.data.clone(),
+                    ..found.model.problem.clone()
+                };
+                let polished = refine(&problem, &problem.start(), plan)?;
+                evaluations += polished.evaluations;
+                let candidate =
+                    Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
+                grounds.added = true;
+                grounds.structured_after = candidate.structured();
+                if grounds.verdict() == Verdict::Found {
+                    after = candidate;
+                    added = found.added;
+                } else {
+                    for one in &mut considered {
+                        if found.added.iter().any(|added| added.effect == one.effect) {
+                            one.decision =
+                                "helps, but leaves too much: no name for what is missing";
+                        }
                     }
                 }
             }
         }
+        let mut free_form = None;
+        if let Some(base) = &base
+            && grounds.verdict() == Verdict::Unexplained
+        {
+            progress("a correction of free form");
+            let forms = free_forms(&evidence, base);
+            let best = forms
+                .iter()
+                .find(|form| worth(&evidence, excess(base), base, form));
+            if let Some(best) = best {
+                let problem = Problem {
+                    data: before.problem.data.clone(),
+                    ..best.problem.clone()
+                };
+                let polished = refine(&problem, &problem.start(), plan)?;
+                evaluations += polished.evaluations;
+                after = Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
+                free_form = found_form(base, best, &after);
+            }
+        }
+        let integration_error = after.integration_error();
+        Ok(Identified {
+            verdict: grounds.verdict(),
+            free_form,
+            explained: grounds.explained(),
+            improvement: improvements(&before, &after, measurements, &noise, plan.seed),
+            before,
+            after,
+            added,
+            considered,
+            measurements: measurements.clone(),
+            noise,
+            integration_error,
+            evaluations,
+        })
     }
-    let integration_error = after.integration_error();
-    Ok(Identified {
-        verdict: grounds.verdict(),
-        explained: grounds.explained(),
-        improvement: improvements(&before, &after, &measurements, &noise, plan.seed),
-        before,
-        after,
-        added,
-        considered,
-        measurements,
-        noise,
-        integration_error,
-        evaluations,
-    })
 }
 
 impl Fitted {
@@ -328,8 +407,8 @@ impl Fitted {
         }
     }
 
-    /// Each observed channel's noise floor.
-    fn noise(&self, measurements: &Measurements) -> BTreeMap<String, Noise> {
+    /// Each observed channel's noise floor: what is quiet in the measurement, or in the residual.
+    fn noise(&self, measurements: &Measurements, of_residual: bool) -> BTreeMap<String, Noise> {
         let structure = &self.problem.structure;
         let fitted = Compared::all(structure, &self.values, &measurements.fit);
         let known = Known::new(&fitted);
@@ -337,7 +416,8 @@ impl Fitted {
             let rows = fitted.iter().flat_map(|compared| compared.rows(output));
             let (measured, residual): (Vec<f64>, Vec<f64>) =
                 rows.map(|row| (row.1, row.1 - row.2)).unzip();
-            let floor = noise_floor(&known.starts, &known.command, &measured, &residual);
+            let quiet = if of_residual { &residual } else { &measured };
+            let floor = noise_floor(&known.starts, &known.command, quiet, &residual);
             (output.name().to_owned(), floor)
         };
         structure.observed.iter().map(one).collect()

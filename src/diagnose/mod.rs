@@ -4,6 +4,7 @@ mod attribution;
 mod bootstrap;
 mod compare;
 mod evidence;
+mod free_form;
 mod identify;
 mod line;
 mod linear;
@@ -20,6 +21,7 @@ pub use bootstrap::{
     Improvement, Interval, block_length, improvement, resample_indices, surrogate,
 };
 pub use compare::{Comparison, indistinguishable};
+pub use free_form::FoundForm;
 pub use identify::{Fitted, Identified, Measurements, Options, Sides, identify};
 pub use noise::{Noise, noise_floor};
 pub use residual::{Remaining, Residuals, coloured, remaining};

@@ -15,7 +15,7 @@ pub const SLICE: usize = 8192;
 macro_rules! with_states {
     ($structure:expr, $f:ident::<$($generic:tt),+>($($argument:expr),* $(,)?)) => {{
         let structure: &$crate::model::Structure = $structure;
-        match (structure.states().len(), structure.effects.is_empty()) {
+        match (structure.states().len(), structure.is_base()) {
             (0, true) => $f::<$($generic),+, 0, false>($($argument),*),
             (1, true) => $f::<$($generic),+, 1, false>($($argument),*),
             (2, true) => $f::<$($generic),+, 2, false>($($argument),*),

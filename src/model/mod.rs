@@ -2,6 +2,7 @@
 
 pub mod actuator;
 pub mod effects;
+mod free_form;
 pub mod integrate;
 pub mod orifice;
 mod parameter;
@@ -9,6 +10,7 @@ pub mod real;
 mod structure;
 pub mod valve;
 
+pub use free_form::{FreeForm, Signal};
 pub use parameter::{Parameter, Scale};
 pub use real::{Real, Valued};
 pub use structure::{Drive, Hold, Initial, Input, Output, Piston, Plant, Structure};

@@ -2,6 +2,7 @@
 
 use super::actuator::Actuator;
 use super::effects::{Act, Action, Effect, Moment, Motion, Port, Scale};
+use super::free_form::{Correction, FreeForm, Signal};
 use super::valve::{Drop, Pressures, Valve, ValveForm};
 use super::{Parameter, Real};
 use serde::{Deserialize, Serialize};
@@ -107,6 +108,9 @@ pub struct Structure {
     /// What is added to the base model, in the order of the catalogue.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<Effect>,
+    /// A correction of unknown form.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub free_form: Option<FreeForm>,
 }
 
 impl Structure {
@@ -123,6 +127,7 @@ impl Structure {
             initial: Initial::default(),
             valve: None,
             effects: Vec::new(),
+            free_form: None,
         }
     }
 
@@ -174,6 +179,11 @@ impl Structure {
 
     pub(crate) fn integrates_position(&self) -> bool {
         self.observes(Output::Position) && self.piston == Piston::Integrated
+    }
+
+    /// Whether nothing is added to the base model.
+    pub fn is_base(&self) -> bool {
+        self.effects.is_empty() && self.free_form.is_none()
     }
 
     /// Whether an effect delays the command.
@@ -233,6 +243,9 @@ impl Structure {
         let mut list = self.base_parameters();
         for effect in &self.effects {
             list.extend(effect.parameters(scale));
+        }
+        if let Some(form) = &self.free_form {
+            list.extend(form.parameters(scale));
         }
         list
     }
@@ -359,6 +372,7 @@ pub struct Plant<R> {
     full_scale: f64,
     observes: [bool; 3],
     effects: Vec<Placed<R>>,
+    correction: Option<Correction<R>>,
     /// Whether states change with the flow: it is not computed where nothing needs it.
     flow_moves: bool,
     /// Whether effects act on the spool where a step ends.
@@ -420,6 +434,10 @@ impl<R: Real> Plant<R> {
                 output: effect.output,
             });
         }
+        let correction = structure
+            .free_form
+            .as_ref()
+            .map(|form| Correction::new(form, || take(1)[0]));
         Self {
             actuator,
             valve,
@@ -436,6 +454,7 @@ impl<R: Real> Plant<R> {
                 .any(|effect| effect.entry.port == Port::Actuator),
             filters,
             effects,
+            correction,
         }
     }
 
@@ -580,9 +599,19 @@ impl<R: Real> Plant<R> {
                     let own = &mut state[effect.states.clone()];
                     command = effect.action.command(own, command);
                 }
-                command
+                match self.correction_at(Port::Command) {
+                    Some(correction) => command + correction.at(command),
+                    None => command,
+                }
             },
         )
+    }
+
+    #[inline(always)]
+    fn correction_at(&self, port: Port) -> Option<&Correction<R>> {
+        self.correction
+            .as_ref()
+            .filter(|correction| correction.port == port)
     }
 
     /// Spool position in the unit of the command.
@@ -617,6 +646,9 @@ impl<R: Real> Plant<R> {
                     pressures.supply = effect.action.supply(own, pressures.supply);
                 }
                 drop = pressures.supply - pressures.tank;
+                if let Some(correction) = self.correction_at(Port::Area) {
+                    opening = opening + correction.at(opening);
+                }
             }
             if with_flow {
                 flow = valve.flow_from(opening, &pressures).named("flow");
@@ -733,6 +765,13 @@ impl<R: Real> Plant<R> {
         if let Some(actuator) = &self.actuator {
             let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);
             let motion = self.motion(actuator, state[1], speed, &path, heading);
+            if let Some(correction) = self.correction_at(Port::Actuator) {
+                let signal = match correction.signal {
+                    Signal::Speed => speed,
+                    _ => state[1],
+                };
+                drive = drive + actuator.gain() * correction.at(signal);
+            }
             for effect in &self.effects {
                 drive = effect.action.drive(drive, &motion);
                 speed = effect.action.speed(speed);
@@ -860,6 +899,19 @@ impl<R: Real> Plant<R> {
                 for effect in self.on(output) {
                     let own = &state[effect.states.clone()];
                     value = effect.action.measure(own, value, &path.moment);
+                }
+                if let Some(correction) = self.correction_at(Port::Measurement)
+                    && correction.output == Some(output)
+                {
+                    let signal = match (correction.signal, &self.actuator) {
+                        (Signal::Command, _) => input.command,
+                        (Signal::Time, _) => input.time,
+                        (Signal::Speed, Some(actuator)) => {
+                            actuator.derivative(state[0], state[1], input.command).1
+                        }
+                        _ => path.spool,
+                    };
+                    value = value + correction.at(signal);
                 }
             }
             outputs[output as usize] = value;

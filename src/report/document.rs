@@ -1,6 +1,6 @@
 //! `report.json`: its fields are a contract with the programs that read it.
 
-use crate::diagnose::{Identified, Improvement, Remaining, Sides, Verdict};
+use crate::diagnose::{Fitted, FoundForm, Identified, Improvement, Remaining, Sides, Verdict};
 use crate::evaluate::{Chosen, Problem};
 use crate::model::Parameter;
 use crate::model::effects::Effect;
@@ -47,6 +47,63 @@ pub struct ConsideredEffect {
     pub error_after: Option<f64>,
     /// Why it was or was not chosen.
     pub decision: &'static str,
+}
+
+/// A correction of unknown form.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FreeFormReport {
+    /// Where it acts.
+    pub port: String,
+    /// The channel that it is added to, at the measurement port.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel: Option<String>,
+    /// What it is a curve of.
+    pub signal: String,
+    /// The signal's unit.
+    pub signal_unit: String,
+    /// The unit of what is added.
+    pub unit: String,
+    /// Its knots: the signal, and what is added there. Linear between them, constant beyond.
+    pub curve: Vec<Knot>,
+    /// Held-out error without it: RMS over all channels, each in units of its noise floor.
+    pub error_before: f64,
+    /// The same with it.
+    pub error_after: f64,
+}
+
+/// A point of a correction's curve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Knot {
+    /// The signal.
+    pub signal: f64,
+    /// What is added.
+    pub value: f64,
+}
+
+impl FreeFormReport {
+    fn of(found: &FoundForm, after: &Fitted) -> Self {
+        let form = &found.form;
+        let structure = &after.problem.structure;
+        let unit = |parameter: &&Parameter| parameter.name.starts_with("correction_");
+        let curve = form.knots.iter().zip(&found.values);
+        Self {
+            port: form.port.to_string(),
+            channel: form.output.map(|output| output.name().into()),
+            signal: form.signal.name().into(),
+            signal_unit: form.signal_unit(&structure.command_unit),
+            unit: after
+                .problem
+                .parameters
+                .iter()
+                .find(unit)
+                .map_or(String::new(), |parameter| parameter.unit.clone()),
+            curve: curve
+                .map(|(&signal, &value)| Knot { signal, value })
+                .collect(),
+            error_before: found.error_before,
+            error_after: found.error_after,
+        }
+    }
 }
 
 /// An improvement with its 95 % interval, in percent of the error before.
@@ -207,6 +264,8 @@ pub struct Document {
     pub effects: Vec<AddedEffect>,
     /// Every effect that was looked at, round by round, with the reason for its choice or rejection.
     pub considered: Vec<ConsideredEffect>,
+    /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
+    pub free_form: Option<FreeFormReport>,
     /// Share of the squared held-out error above the noise that the effects which were found explain.
     pub explained: f64,
     /// Errors before and after.
@@ -302,7 +361,9 @@ impl Document {
             error_after: added.error_after,
         });
         let [fit, hold_out] = &identified.improvement;
-        let improvement = |side: &Option<Improvement>| match identified.added.is_empty() {
+        let improvement = |side: &Option<Improvement>| match identified.added.is_empty()
+            && identified.free_form.is_none()
+        {
             true => None,
             false => side.as_ref().map(ImprovementReport::from),
         };
@@ -311,6 +372,10 @@ impl Document {
             verdict: identified.verdict,
             effects: effects.collect(),
             considered: considered.collect(),
+            free_form: identified
+                .free_form
+                .as_ref()
+                .map(|found| FreeFormReport::of(found, after)),
             explained: identified.explained,
             error: ErrorPair {
                 before: before.errors.clone(),

@@ -6,8 +6,8 @@ mod output;
 mod output_file;
 
 pub use document::{
-    AddedEffect, ConsideredEffect, Document, ErrorPair, ImprovementReport, Improvements,
-    ParameterReport, RemainingReport, SCHEMA, not_identifiable,
+    AddedEffect, ConsideredEffect, Document, ErrorPair, FreeFormReport, ImprovementReport,
+    Improvements, Knot, ParameterReport, RemainingReport, SCHEMA, not_identifiable,
 };
 pub use model_file::ModelFile;
 pub use output::OutputFolder;

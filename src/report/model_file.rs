@@ -332,6 +332,16 @@ impl ModelFile {
                 "delete it, or observe what it acts on",
             );
         }
+        if let Some(form) = &structure.free_form {
+            let rising = form.knots.len() > 1 && form.knots.is_sorted_by(|a, b| a < b);
+            if !rising || form.knots.iter().any(|knot| !knot.is_finite()) {
+                return refuse(
+                    &["free_form", "knots"],
+                    "the knots are fewer than two, not finite, or not strictly rising".into(),
+                    "list values of the signal in rising order",
+                );
+            }
+        }
         match (&structure.valve, structure.needs_valve()) {
             (None, true) => refuse(
                 &["observed"],

@@ -9,7 +9,7 @@ pub(super) const ENTRY: Entry = Entry {
     port: Port::Flow,
     summary: "The oil column in the line rings at its own frequency",
     equation: "q'' + 2 D w q' + w^2 q = w^2 Q, w = 2 pi line_frequency, D = line_damping",
-    shows: "ringing at one frequency whatever the command; the spool does not show it",
+    shows: "ringing at one frequency whatever the command; the spool does not show it (a damping above 0.6 would not ring)",
     confused: "compressibility, which does not ring; periodic_disturbance, which goes on at rest",
     source: "line dynamics; Merritt, Hydraulic Control Systems, 1967",
     parameters: |scale, output| {
@@ -21,7 +21,7 @@ pub(super) const ENTRY: Entry = Entry {
                 0.1 / scale.interval,
                 0.45 / scale.interval,
             ),
-            Parameter::log(&entry::on("line_damping", output), "1", 0.005, 0.1, 2.0),
+            Parameter::log(&entry::on("line_damping", output), "1", 0.005, 0.1, 0.6),
             Parameter::linear(&entry::on("line_share", output), "1", 0.0, 1.0, 1.0).fixed(),
         ]
     },

@@ -1,0 +1,159 @@
+//! The shape of what no entry of the catalogue explains: a curve of one signal at one port.
+
+use super::evidence::{Evidence, Model, Side};
+use super::identify::Fitted;
+use super::linear::{Basis, Linear, dot};
+use crate::evaluate::reference;
+use crate::model::effects::Port;
+use crate::model::{Drive, FreeForm, Output, Signal};
+use rayon::prelude::*;
+
+/// Knots of a curve: enough for a dead band and two bends, few enough to be seen through the noise.
+const KNOTS: usize = 9;
+/// Most curves that are refitted.
+const REFITTED: usize = 4;
+
+/// A correction that helps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FoundForm {
+    /// Where it acts, and what it is a curve of.
+    pub form: FreeForm,
+    /// What it adds at each knot.
+    pub values: Vec<f64>,
+    /// Held-out error without it, RMS in units of noise over all channels.
+    pub error_before: f64,
+    /// The same with it.
+    pub error_after: f64,
+}
+
+/// The corrections that most lower the cost of `base` on fitted rows, refitted with it, the lowest held-out cost first.
+pub(super) fn free_forms(evidence: &Evidence, base: &Model) -> Vec<Model> {
+    let mut promising: Vec<(f64, Model)> = places(evidence, base)
+        .into_par_iter()
+        .filter_map(|form| {
+            let mut structure = base.structure().clone();
+            structure.free_form = Some(form);
+            let problem = evidence.problem(&structure, &base.problem.parameters);
+            let linear = Linear::new(&problem)?;
+            let spanned = Basis::spanning(linear.columns);
+            let cost =
+                dot(&linear.residual, &linear.residual) - spanned.explained(&linear.residual);
+            let unfitted = Model {
+                problem,
+                ..base.clone()
+            };
+            Some((cost, unfitted))
+        })
+        .collect();
+    promising.sort_by(|a, b| a.0.total_cmp(&b.0));
+    promising.truncate(REFITTED);
+    let mut models: Vec<Model> = promising
+        .into_par_iter()
+        .filter_map(|(_, one)| evidence.polished(one.problem))
+        .collect();
+    models.sort_by(|a, b| a.loss(Side::HoldOut).total_cmp(&b.loss(Side::HoldOut)));
+    models
+}
+
+/// The correction of `model`, whose last polish is `fitted`, beside the model without it.
+pub(super) fn found(base: &Model, model: &Model, fitted: &Fitted) -> Option<FoundForm> {
+    let form = model.structure().free_form.clone()?;
+    let parameters = fitted.problem.parameters.iter().zip(&fitted.values);
+    Some(FoundForm {
+        values: parameters
+            .filter(|(parameter, _)| parameter.name.starts_with("correction_"))
+            .map(|(_, value)| *value)
+            .collect(),
+        form,
+        error_before: base.loss(Side::HoldOut).sqrt(),
+        error_after: model.loss(Side::HoldOut).sqrt(),
+    })
+}
+
+/// Every port and signal where a correction could act, with knots over the range of the signal.
+fn places(evidence: &Evidence, base: &Model) -> Vec<FreeForm> {
+    let structure = base.structure();
+    let mut places = vec![(Port::Command, Signal::Command, None)];
+    if structure.drive == Drive::Actuator {
+        places.push((Port::Actuator, Signal::Spool, None));
+        places.push((Port::Actuator, Signal::Speed, None));
+    }
+    if structure.valve.is_some() {
+        places.push((Port::Area, Signal::Spool, None));
+    }
+    for &output in &structure.observed {
+        for signal in [Signal::Command, Signal::Spool, Signal::Speed, Signal::Time] {
+            places.push((Port::Measurement, signal, Some(output)));
+        }
+    }
+    let signals = Signals::new(evidence, base);
+    let form = |(port, signal, output)| {
+        let mut values = signals.of(signal).to_vec();
+        if port == Port::Area {
+            values
+                .iter_mut()
+                .for_each(|value| *value *= 100.0 / structure.full_scale);
+        }
+        Some(FreeForm {
+            port,
+            signal,
+            output,
+            knots: knots(values)?,
+        })
+    };
+    places.into_iter().filter_map(form).collect()
+}
+
+/// Equally spaced over the middle 99 % of the values.
+fn knots(mut values: Vec<f64>) -> Option<Vec<f64>> {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
+    let (low, high) = (at(0.005), at(0.995));
+    let knot = |i: usize| low + (high - low) * i as f64 / (KNOTS - 1) as f64;
+    (high > low && low.is_finite() && high.is_finite()).then(|| (0..KNOTS).map(knot).collect())
+}
+
+/// The signals over all fitted rows.
+struct Signals([Vec<f64>; 4]);
+
+impl Signals {
+    fn new(evidence: &Evidence, base: &Model) -> Self {
+        let mut structure = base.structure().clone();
+        // The spool in the unit of the command, whatever is measured.
+        structure.spool_unit = None;
+        structure.observed = vec![Output::Spool];
+        structure.valve = None;
+        let actuator = structure.parameters();
+        let known = &base.problem.parameters;
+        let value = |name: &str| known.iter().find(|p| p.name == name).map(|p| p.start);
+        let values: Vec<f64> = actuator
+            .iter()
+            .map(|p| value(&p.name).unwrap_or(p.start))
+            .collect();
+        let mut signals: [Vec<f64>; 4] = Default::default();
+        let records = evidence.records(Side::Fit);
+        for (record, rows) in records
+            .iter()
+            .zip(reference::trajectories(&structure, &values, records))
+        {
+            for k in 0..rows.len() {
+                let (before, after) = (k.saturating_sub(1), (k + 1).min(rows.len() - 1));
+                let seconds = record.time[after] - record.time[before];
+                let sample = &record.samples[k];
+                let speed = (rows[after][0] - rows[before][0]) / seconds.max(f64::MIN_POSITIVE);
+                for (signal, value) in
+                    signals
+                        .iter_mut()
+                        .zip([sample.input[0], rows[k][0], speed, sample.input[6]])
+                {
+                    signal.push(value);
+                }
+            }
+        }
+        Self(signals)
+    }
+
+    fn of(&self, signal: Signal) -> &[f64] {
+        &self.0[signal as usize]
+    }
+}

@@ -120,7 +120,7 @@ impl Case {
 
     /// Makes the record, diagnoses it and judges that.
     pub fn run(&self, seed: u64) -> Row {
-        match self.try_run(seed) {
+        match self.setup(seed).and_then(|setup| self.diagnose(&setup)) {
             Ok((row, _)) => row,
             Err(error) => Row {
                 case: self.id.clone(),
@@ -140,17 +140,16 @@ impl Case {
         }
     }
 
-    /// As [`Case::run`], with the diagnosis.
+    /// Diagnoses the record of `setup`, which is this case's, and judges that.
     ///
     /// # Errors
     /// The rig or the diagnosis fails.
-    pub fn try_run(&self, seed: u64) -> Result<(Row, Identified)> {
-        let setup = self.setup(seed)?;
+    pub fn diagnose(&self, setup: &Setup) -> Result<(Row, Identified)> {
         let record = setup.record()?;
         let started = Instant::now();
         let identified = diagnose(record)?;
         let seconds = started.elapsed().as_secs_f64();
-        Ok((self.row(&setup, &identified, seconds), identified))
+        Ok((self.row(setup, &identified, seconds), identified))
     }
 
     fn row(&self, setup: &Setup, identified: &Identified, seconds: f64) -> Row {

@@ -82,12 +82,11 @@ fn a_record_follows_from_name_and_seed() {
     assert!(setup.planted.is_empty() && setup.outsiders.is_empty());
 }
 
-/// Two records with nothing, three with something.
+/// A record with nothing, three with something.
 fn few() -> Vec<Case> {
     let plan = plan(&Group::ALL, 0.01);
     [
         "null/0",
-        "null/1",
         "single/delay/3x/0",
         "single/sensor_offset.flow/3x/0",
         "outsiders/gain_jump/0",

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 /// Counts how often the diagnosis is right, on hundreds of records with planted effects
 ///
 /// The records are made by the rig of servobee synthesize: nothing planted (null), one effect (single), one effect in
-/// another form than the catalogue's (forms), two effects (pairs), and what is in no catalogue (outsiders). Every effect is
-/// planted so strongly that the base model's held-out error is about 1.75, 3 and 6 times the noise on its worst channel.
-/// Each record is diagnosed as servobee identify does it.
+/// another form than the catalogue's (forms), two effects (pairs), and what is in no catalogue (outsiders). Every
+/// effect is planted so strongly that the base model's held-out error is about 1.75, 3 and 6 times the noise on its
+/// worst channel. Each record is diagnosed as servobee identify does it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -222,7 +222,7 @@ fn print(summary: &Summary, records: usize) {
     );
     if !summary.confusions.is_empty() {
         let mut rows = summary.confusions.clone();
-        rows.sort_by(|a, b| b.2.cmp(&a.2));
+        rows.sort_by_key(|row| std::cmp::Reverse(row.2));
         let rows = rows
             .into_iter()
             .map(|(planted, named, count)| vec![planted, named, count.to_string()]);

@@ -45,8 +45,8 @@ pub struct Row {
     pub named: String,
     /// How that compares.
     pub outcome: Outcome,
-    /// Whether the 95 % intervals of K, T, S and of the effect's main parameter hold the truth. Only where exactly what is
-    /// planted was added, in its usual form, and the data bound the parameter on both sides.
+    /// Whether the 95 % intervals of K, T, S and of the effect's main parameter hold the truth. Only where exactly what
+    /// is planted was added, in its usual form, and the data bound the parameter on both sides.
     pub covered: [Option<bool>; 4],
     /// Seconds of the diagnosis.
     pub seconds: f64,

@@ -175,8 +175,8 @@ impl Open {
         setup
     }
 
-    /// `setup` with it, as strong as makes the base model's held-out error `target` times the noise on the channel where
-    /// it is largest, or as near to that as it gets.
+    /// `setup` with it, as strong as makes the base model's held-out error `target` times the noise on the channel
+    /// where it is largest, or as near to that as it gets.
     ///
     /// # Errors
     /// The rig refuses the setup at every strength.
@@ -226,8 +226,8 @@ struct Tried {
 fn next(tried: &mut [Tried], wanted: f64) -> f64 {
     tried.sort_by(|a, b| a.strength.total_cmp(&b.strength));
     let Some(first) = tried.iter().position(|one| one.missed >= wanted) else {
-        // Too weak so far: stronger. But where an effect becomes so strong that the base model takes it for its own, as it
-        // takes a slew limit for saturation, what it misses has a peak: then next to that, on the wider side.
+        // Too weak so far: stronger. But where an effect becomes so strong that the base model takes it for its own, as
+        // it takes a slew limit for saturation, what it misses has a peak: then next to that, on the wider side.
         let missed = |place: &usize| tried[*place].missed;
         let all = 0..tried.len();
         let peak = all

@@ -327,12 +327,16 @@ impl Base {
             }
         }
         starts.extend(self.last.take());
-        let mut fits = starts
-            .iter()
-            .map(|start| polish(&mut problem, &free, start, &QUICK))
-            .collect::<Result<Vec<_>>>()?;
-        fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let found = fits.swap_remove(0).values;
+        let mut best = polish(&mut problem, &free, &starts[0], &QUICK);
+        for start in &starts[1..] {
+            // Some starts diverge.
+            if let Ok(other) = polish(&mut problem, &free, start, &QUICK)
+                && !best.as_ref().is_ok_and(|best| best.cost <= other.cost)
+            {
+                best = Ok(other);
+            }
+        }
+        let found = best?.values;
         let values = problem.complete(&found, |fixed| fixed);
         let held_out = Compared::all(&problem.structure, &values, &measurements.hold_out);
         let errors = errors(&problem.structure, &held_out);

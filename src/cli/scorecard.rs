@@ -3,7 +3,7 @@
 use super::table::{number, table};
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::diagnose::Identified;
-use servobee::report::OutputFile;
+use servobee::report::{OutputFile, ParameterReport};
 use servobee::scorecard::{self, Case, Group, Ledger, Outcome, Plan, Rate, Row, Summary, Tally};
 use servobee::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 /// Counts how often the diagnosis is right, on hundreds of records with planted effects
 ///
 /// The records are made by the rig of servobee synthesize: nothing planted (null), one effect (single), one effect in
-/// another form than the catalogue's (forms), two effects (pairs), and what is in no catalogue (outsiders). Every effect is
-/// planted so strongly that the base model's held-out error is about 1.75, 3 and 6 times the noise on its worst channel.
-/// Each record is diagnosed as servobee identify does it.
+/// another form than the catalogue's (forms), two effects (pairs), and what is in no catalogue (outsiders). Every
+/// effect is planted so strongly that the base model's held-out error is about 1.75, 3 and 6 times the noise on its
+/// worst channel. Each record is diagnosed as servobee identify does it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -124,7 +124,7 @@ fn one(case: &Case, seed: u64, folder: Option<&Path>) -> Result<()> {
         OutputFile::create(&path, true)?.finish(&setup.record()?.to_csv())?;
         println!("Record: {}", path.display());
     }
-    let (row, identified) = case.try_run(seed)?;
+    let (row, identified) = case.diagnose(&setup)?;
     println!(
         "Planted: {}",
         if row.values.is_empty() {
@@ -148,11 +148,12 @@ fn one(case: &Case, seed: u64, folder: Option<&Path>) -> Result<()> {
         }
     );
     println!("Outcome: {}, in {:.1} s\n", row.outcome, row.seconds);
-    print_considered(&identified);
+    print_diagnosis(&identified);
     Ok(())
 }
 
-fn print_considered(identified: &Identified) {
+/// What was looked at, and the parameters of the result with their 95 % intervals.
+fn print_diagnosis(identified: &Identified) {
     let rows = identified.considered.iter().map(|one| {
         vec![
             one.effect.to_string(),
@@ -171,7 +172,14 @@ fn print_considered(identified: &Identified) {
         "held-out error",
         "decision",
     ];
-    println!("{}", table(&heads, rows));
+    println!("{}\n", table(&heads, rows));
+    let after = &identified.after;
+    let parameters = ParameterReport::of(&after.problem, &after.fit);
+    let rows = parameters.iter().filter(|one| !one.fixed).map(|one| {
+        let cells = [one.value, one.low, one.high].map(number);
+        [vec![format!("{} [{}]", one.name, one.unit)], cells.to_vec()].concat()
+    });
+    println!("{}", table(&["parameter", "after", "low", "high"], rows));
 }
 
 fn print(summary: &Summary, records: usize) {
@@ -214,7 +222,7 @@ fn print(summary: &Summary, records: usize) {
     );
     if !summary.confusions.is_empty() {
         let mut rows = summary.confusions.clone();
-        rows.sort_by(|a, b| b.2.cmp(&a.2));
+        rows.sort_by_key(|row| std::cmp::Reverse(row.2));
         let rows = rows
             .into_iter()
             .map(|(planted, named, count)| vec![planted, named, count.to_string()]);

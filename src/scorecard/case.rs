@@ -45,8 +45,8 @@ pub struct Row {
     pub named: String,
     /// How that compares.
     pub outcome: Outcome,
-    /// Whether the 95 % intervals of K, T, S and of the effect's main parameter hold the truth. Only where exactly what is
-    /// planted was added, in its usual form, and the data bound the parameter on both sides.
+    /// Whether the 95 % intervals of K, T, S and of the effect's main parameter hold the truth. Only where exactly what
+    /// is planted was added, in its usual form, and the data bound the parameter on both sides.
     pub covered: [Option<bool>; 4],
     /// Seconds of the diagnosis.
     pub seconds: f64,
@@ -120,7 +120,7 @@ impl Case {
 
     /// Makes the record, diagnoses it and judges that.
     pub fn run(&self, seed: u64) -> Row {
-        match self.try_run(seed) {
+        match self.setup(seed).and_then(|setup| self.diagnose(&setup)) {
             Ok((row, _)) => row,
             Err(error) => Row {
                 case: self.id.clone(),
@@ -140,17 +140,16 @@ impl Case {
         }
     }
 
-    /// As [`Case::run`], with the diagnosis.
+    /// Diagnoses the record of `setup`, which is this case's, and judges that.
     ///
     /// # Errors
     /// The rig or the diagnosis fails.
-    pub fn try_run(&self, seed: u64) -> Result<(Row, Identified)> {
-        let setup = self.setup(seed)?;
+    pub fn diagnose(&self, setup: &Setup) -> Result<(Row, Identified)> {
         let record = setup.record()?;
         let started = Instant::now();
         let identified = diagnose(record)?;
         let seconds = started.elapsed().as_secs_f64();
-        Ok((self.row(&setup, &identified, seconds), identified))
+        Ok((self.row(setup, &identified, seconds), identified))
     }
 
     fn row(&self, setup: &Setup, identified: &Identified, seconds: f64) -> Row {

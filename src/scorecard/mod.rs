@@ -1,5 +1,5 @@
-//! How often the diagnosis is right: effects are planted in many records of the [`rig`](crate::rig), and every record is
-//! diagnosed without being told what is in it.
+//! How often the diagnosis is right: effects are planted in many records of the [`rig`](crate::rig), and every record
+//! is diagnosed without being told what is in it.
 //!
 //! ```text
 //! Plan ──> Case ──> strength ──> record ──> diagnosis ──> Outcome ──> Row ──> Ledger ──> rates
@@ -8,7 +8,8 @@
 //!                   by so much
 //! ```
 //!
-//! Every case has a name such as `single/hysteresis/3x/2`, from which and the plan's seed all its random numbers follow.
+//! Every case has a name such as `single/hysteresis/3x/2`, from which and the plan's seed all its random numbers
+//! follow.
 
 mod case;
 mod ledger;

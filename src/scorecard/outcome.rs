@@ -99,8 +99,8 @@ impl FromStr for Outcome {
     }
 }
 
-/// Judges a diagnosis. `named` has one list for every effect that was added: its name, then those tied with it. `known` are
-/// the names of what is planted and in the catalogue, `odd` whether something is planted that is not.
+/// Judges a diagnosis. `named` has one list for every effect that was added: its name, then those tied with it. `known`
+/// are the names of what is planted and in the catalogue, `odd` whether something is planted that is not.
 pub fn judge(known: &[String], odd: bool, verdict: Verdict, named: &[Vec<String>]) -> Outcome {
     let empty = known.is_empty() && !odd;
     match verdict {

@@ -124,8 +124,8 @@ pub struct Summary {
     pub effects: Vec<(String, Tally)>,
     /// What is planted, what it was called, and how often, for all that is not as one hopes.
     pub confusions: Vec<(String, String, usize)>,
-    /// Held-out error of the result over the noise, single effects in their usual form without what hardly shows: median,
-    /// 90 % quantile, and how many are at most 1.10.
+    /// Held-out error of the result over the noise, single effects in their usual form without what hardly shows:
+    /// median, 90 % quantile, and how many are at most 1.10.
     pub after: Option<(f64, f64, Rate)>,
     /// How often the 95 % intervals hold the truth, by parameter.
     pub coverage: Vec<(&'static str, Rate)>,

@@ -175,48 +175,34 @@ impl Open {
         setup
     }
 
-    /// `setup` with it, as strong as makes the base model's held-out error `target` times the noise on the channel where
-    /// it is largest, or as near to that as it gets.
+    /// `setup` with it, as strong as makes the base model's held-out error `target` times the noise on the channel
+    /// where it is largest, or as near to that as it gets.
     ///
     /// # Errors
     /// The rig refuses the setup at every strength.
     pub(super) fn planted(&self, setup: &Setup, target: f64) -> Result<Setup> {
         let wanted = (target * target - 1.0).sqrt();
         let mut base = Base::new(setup);
-        let mut strength = 1.0;
-        // Strength and error of the strongest that is too weak, and of the weakest that is too strong.
-        let (mut below, mut above): (Option<[f64; 2]>, Option<[f64; 2]>) = (None, None);
+        let mut tried: Vec<Tried> = Vec::new();
         let mut best: Option<(f64, Setup)> = None;
         let mut failure = None;
+        let mut strength = 1.0;
         for _ in 0..TRIES {
             let candidate = self.on(setup, strength);
-            match base.misses(&candidate) {
-                Ok(missed) => {
-                    let off = (missed.max(1e-9) / wanted).ln().abs();
-                    if best.as_ref().is_none_or(|best| off < best.0) {
-                        best = Some((off, candidate));
-                    }
-                    if off < CLOSE {
-                        break;
-                    }
-                    *(if missed < wanted {
-                        &mut below
-                    } else {
-                        &mut above
-                    }) = Some([strength, missed.max(1e-9)]);
-                }
+            let missed = match base.misses(&candidate) {
+                Ok(missed) => missed.max(1e-9),
                 Err(error) => {
                     failure = Some(error);
-                    above = Some([strength, f64::INFINITY]);
+                    f64::INFINITY
                 }
-            }
-            let next = match (below, above) {
-                (Some(low), Some(high)) => between(low, high, wanted),
-                (Some([low, missed]), None) => low * (wanted / missed).clamp(1.1, 5.0),
-                (None, Some([high, missed])) => high * (wanted / missed).clamp(0.2, 0.9),
-                (None, None) => unreachable!("something was tried"),
             };
-            if self.dial.value(next) == self.dial.value(strength) {
+            let off = (missed / wanted).ln().abs();
+            if missed.is_finite() && best.as_ref().is_none_or(|best| off < best.0) {
+                best = Some((off, candidate));
+            }
+            tried.push(Tried { strength, missed });
+            let next = next(&mut tried, wanted);
+            if off < CLOSE || self.dial.value(next) == self.dial.value(strength) {
                 break;
             }
             strength = next;
@@ -229,22 +215,55 @@ impl Open {
     }
 }
 
+/// A strength, and by how much the base model then misses the record, in units of the noise.
+#[derive(Debug, Clone, Copy)]
+struct Tried {
+    strength: f64,
+    missed: f64,
+}
+
+/// The strength to try next, after some of which the last one was not right.
+fn next(tried: &mut [Tried], wanted: f64) -> f64 {
+    tried.sort_by(|a, b| a.strength.total_cmp(&b.strength));
+    let Some(first) = tried.iter().position(|one| one.missed >= wanted) else {
+        // Too weak so far: stronger. But where an effect becomes so strong that the base model takes it for its own, as
+        // it takes a slew limit for saturation, what it misses has a peak: then next to that, on the wider side.
+        let missed = |place: &usize| tried[*place].missed;
+        let all = 0..tried.len();
+        let peak = all
+            .max_by(|a, b| missed(a).total_cmp(&missed(b)))
+            .unwrap_or(0);
+        let Tried { strength, missed } = tried[peak];
+        let ratio = |stronger: usize| tried[stronger].strength / tried[stronger - 1].strength;
+        return match (peak > 0, peak + 1 < tried.len()) {
+            (_, false) => strength * (wanted / missed).clamp(1.2, 5.0),
+            (true, true) if ratio(peak) > ratio(peak + 1) => strength / ratio(peak).sqrt(),
+            (_, true) => strength * ratio(peak + 1).sqrt(),
+        };
+    };
+    let high = tried[first];
+    match first {
+        0 => high.strength * (wanted / high.missed).clamp(0.2, 0.9),
+        _ => between(tried[first - 1], high, wanted),
+    }
+}
+
 /// A strength between a weaker and a stronger one, on the line through both in logarithms and not too near to either.
-fn between(low: [f64; 2], high: [f64; 2], wanted: f64) -> f64 {
-    let share = (wanted / low[1]).ln() / (high[1] / low[1]).ln();
-    let share = if share.is_finite() {
+fn between(low: Tried, high: Tried, wanted: f64) -> f64 {
+    let share = (wanted / low.missed).ln() / (high.missed / low.missed).ln();
+    let share = if share > 0.0 {
         share.clamp(0.1, 0.9)
     } else {
         0.5
     };
-    low[0] * (high[0] / low[0]).powf(share)
+    low.strength * (high.strength / low.strength).powf(share)
 }
 
 /// Strengths that are tried for one record, at most.
 const TRIES: usize = 8;
 /// Relative error of what the base model misses at which the strength is right.
 const CLOSE: f64 = 0.07;
-/// Base parameters are sought this factor around the true ones.
+/// Gain and time constant are sought this factor around the true ones.
 const NEAR: f64 = 5.0;
 
 /// A polish that need not know the fourth digit.
@@ -299,22 +318,42 @@ impl Base {
             noise => noise.powi(-2),
         });
         let free = problem.free();
-        let start = self.last.clone().unwrap_or_else(|| problem.start());
-        let polished = polish(&mut problem, &free, &start, &QUICK)?;
-        let values = problem.complete(&polished.values, |fixed| fixed);
+        // Saturation makes valleys: one lies at the truth, one where it takes over, one where the last fit ended.
+        let truth = problem.start();
+        let mut starts = vec![truth.clone(), truth];
+        for (parameter, value) in free.iter().zip(&mut starts[1]) {
+            if parameter.name == "saturation" {
+                *value = parameter.clamp(*value / 5.0);
+            }
+        }
+        starts.extend(self.last.take());
+        let mut best = polish(&mut problem, &free, &starts[0], &QUICK);
+        for start in &starts[1..] {
+            // Some starts diverge.
+            if let Ok(other) = polish(&mut problem, &free, start, &QUICK)
+                && !best.as_ref().is_ok_and(|best| best.cost <= other.cost)
+            {
+                best = Ok(other);
+            }
+        }
+        let found = best?.values;
+        let values = problem.complete(&found, |fixed| fixed);
         let held_out = Compared::all(&problem.structure, &values, &measurements.hold_out);
         let errors = errors(&problem.structure, &held_out);
         let observed = problem.structure.observed.iter();
         let missed = observed.map(|&output| errors[output.name()].rmse / noise(output));
-        self.last = Some(polished.values);
+        self.last = Some(found);
         Ok(missed.fold(0.0, f64::max))
     }
 
     fn narrow(&self, parameter: &mut Parameter) {
         let known = self.known.iter().find(|known| known.0 == parameter.name);
-        if let Some(&(_, value)) = known {
-            parameter.low = parameter.low.max(value / NEAR);
-            parameter.high = parameter.high.min(value * NEAR);
+        if let Some(&(name, value)) = known {
+            // Only these two decide how fine the steps must be.
+            if name != "saturation" {
+                parameter.low = parameter.low.max(value / NEAR);
+                parameter.high = parameter.high.min(value * NEAR);
+            }
             parameter.start = parameter.clamp(value);
         }
     }

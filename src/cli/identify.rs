@@ -5,7 +5,7 @@ use super::table::{number, table};
 use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, identify};
 use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
-use servobee::record::{Mapping, Record};
+use servobee::record::{HOLD_OUT, Mapping, Record};
 use servobee::report::{
     ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile, ParameterReport,
 };
@@ -34,6 +34,9 @@ pub(super) struct Arguments {
     /// Records to score the model on, which are not fitted
     #[arg(long, value_name = "RECORD.csv", num_args = 1..)]
     hold_out: Vec<PathBuf>,
+    /// Share of each record that is held out where no record is
+    #[arg(long, value_name = "SHARE", default_value_t = HOLD_OUT, value_parser = share)]
+    hold_out_share: f64,
     /// A column of the files and what it is: "x_cmd_mm=command [mm]"
     #[arg(long, value_name = "COLUMN=CHANNEL [UNIT]")]
     map: Vec<Mapping>,
@@ -85,7 +88,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => parameters,
     };
     let rate = structure.fastest_rate(&parameters);
-    let measurements = Measurements::new(&records, &held_out, &structure, rate)?;
+    let measurements = Measurements::with_share(
+        &records,
+        &held_out,
+        arguments.hold_out_share,
+        &structure,
+        rate,
+    )?;
 
     let mut chosen = arguments.options.evaluator()?;
     let plan = Plan::of_records(arguments.options.seed);
@@ -130,6 +139,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     Ok(())
+}
+
+fn share(text: &str) -> std::result::Result<f64, String> {
+    match text.parse() {
+        Ok(share) if (0.05..=0.9).contains(&share) => Ok(share),
+        _ => Err("a number from 0.05 to 0.9".into()),
+    }
 }
 
 fn read(path: &PathBuf, mappings: &[Mapping]) -> Result<Record> {

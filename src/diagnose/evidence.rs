@@ -1,11 +1,12 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
 use super::line::strongest_line;
+use super::signals::Signals;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, reference};
 use crate::model::effects::{Effect, Scale};
-use crate::model::{Output, Parameter, Structure};
+use crate::model::{Output, Parameter, Signal, Structure};
 use crate::search::polish::{PolishOptions, polish};
 use crate::search::{self, Bees, Settings};
 use std::sync::Arc;
@@ -133,8 +134,14 @@ impl Evidence {
         starts
     }
 
-    /// Looks for lines in the residual of `model`, where a periodic disturbance could lie.
-    pub(super) fn find_lines(&mut self, model: &Model) {
+    /// Looks where effects could lie: at lines in the residual of `model`, and at the largest speed of its spool.
+    pub(super) fn look_at(&mut self, model: &Model) {
+        let signals = Signals::new(self, model);
+        let speeds = signals.of(Signal::Speed).iter();
+        let fastest = speeds.fold(0.0, |most: f64, speed| most.max(speed.abs()));
+        if fastest.is_normal() {
+            self.sizes.speed = fastest;
+        }
         let rows = self.starts(Side::Fit).get(1).copied();
         for (output, residual) in model.structure().observed.iter().zip(&model.fit) {
             let first = &residual[..rows.unwrap_or(residual.len())];

@@ -27,13 +27,28 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// All of `records` are fitted where there are records to hold out; otherwise the last 30 % of each are held out.
+    /// All of `records` are fitted where there are records to hold out; otherwise the last [`HOLD_OUT`] of each are held
+    /// out.
     ///
     /// # Errors
     /// A record lacks a channel that the structure needs, or has it in another unit.
     pub fn new(
         records: &[Record],
         hold_out: &[Record],
+        structure: &Structure,
+        rate: f64,
+    ) -> Result<Self> {
+        Self::with_share(records, hold_out, HOLD_OUT, structure, rate)
+    }
+
+    /// [`Measurements::new`] with another share of each record, between 0 and 1, held out.
+    ///
+    /// # Errors
+    /// As [`Measurements::new`].
+    pub fn with_share(
+        records: &[Record],
+        hold_out: &[Record],
+        share: f64,
         structure: &Structure,
         rate: f64,
     ) -> Result<Self> {
@@ -52,7 +67,7 @@ impl Measurements {
         }
         let mut held = fit.clone();
         for ((record, fit), held) in records.iter().zip(&mut fit).zip(&mut held) {
-            let split = record.split(HOLD_OUT);
+            let split = record.split(share);
             fit.time.truncate(split);
             fit.samples.truncate(split);
             for sample in &mut held.samples[..split] {
@@ -240,7 +255,7 @@ impl Diagnosis<'_> {
             && !before.exact()
             && let Some(base) = &base
         {
-            evidence.find_lines(base);
+            evidence.look_at(base);
             let allowed = |effect: &Effect| options.effects.contains(effect);
             let search = Search::new(
                 &evidence,

@@ -12,6 +12,7 @@ mod noise;
 mod residual;
 mod score;
 mod screen;
+mod signals;
 #[cfg(test)]
 mod simulated;
 mod verdict;

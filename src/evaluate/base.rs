@@ -192,6 +192,7 @@ pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
             .map(|p| p.start)
             .next()
             .unwrap_or(10.0),
+        speed: 20.0 * structure.full_scale,
         lines: [None; 3],
     }
 }

@@ -234,6 +234,7 @@ impl Structure {
                 .as_ref()
                 .is_some_and(|valve| valve.drop != Drop::Rated),
             rated_drop: 10.0,
+            speed: 20.0 * self.full_scale,
             lines: [None; 3],
         })
     }

@@ -50,6 +50,7 @@ pub(crate) fn scale(structure: &Structure) -> Scale {
         temperature: false,
         pressure: pressure.is_some_and(|drop| drop != Drop::Rated),
         rated_drop: 10.0,
+        speed: 20.0 * structure.full_scale,
         lines: [Some(37.0); 3],
     }
 }

@@ -56,6 +56,8 @@ pub struct Scale {
     pub pressure: bool,
     /// Rated pressure drop from P to T, bar.
     pub rated_drop: f64,
+    /// Largest speed of the spool, command units per second.
+    pub speed: f64,
     /// The frequency of each output's strongest spectral line that nothing known explains, Hz.
     pub lines: [Option<f64>; 3],
 }

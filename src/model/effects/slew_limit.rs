@@ -22,8 +22,9 @@ pub(super) const ENTRY: Entry = Entry {
         )]
     },
     trials: |scale, _| {
-        [3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0]
-            .map(|rate| vec![rate * scale.command])
+        // The base model's fastest motion is at the limit, if there is one.
+        [1.0, 0.8, 0.5, 0.25]
+            .map(|share| vec![share * scale.speed])
             .to_vec()
     },
     imitated_by: &["saturation"],

@@ -188,6 +188,7 @@ pub(super) fn scale(seconds: f64) -> Scale {
         temperature: false,
         pressure: false,
         rated_drop: 10.0,
+        speed: 20.0 * structure.full_scale,
         lines: [Some(50.0); 3],
     }
 }

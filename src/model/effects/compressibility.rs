@@ -18,7 +18,7 @@ pub(super) const ENTRY: Entry = Entry {
             "s",
             1e-7,
             1e-7,
-            (scale.length / 10.0).min(1.0),
+            1e3 * scale.interval,
         )]
     },
     trials: |scale, _| [1.0, 6.0, 40.0].map(|n| vec![n * scale.interval]).to_vec(),

@@ -31,9 +31,9 @@ pub(super) const ENTRY: Entry = Entry {
             Parameter::linear(
                 "stribeck_speed",
                 &format!("{}/s", scale.command_unit),
-                1e-3 * scale.command,
-                0.05 * scale.command,
-                scale.command,
+                1e-6 * scale.command / scale.interval,
+                5e-5 * scale.command / scale.interval,
+                1e-3 * scale.command / scale.interval,
             )
             .fixed(),
         ]

@@ -17,7 +17,7 @@ pub(super) const ENTRY: Entry = Entry {
             Parameter::log(
                 &entry::on("line_frequency", output),
                 "Hz",
-                2.0,
+                2e-3 / scale.interval,
                 0.1 / scale.interval,
                 0.45 / scale.interval,
             ),

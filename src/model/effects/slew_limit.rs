@@ -16,9 +16,9 @@ pub(super) const ENTRY: Entry = Entry {
         vec![Parameter::log(
             "slew_limit",
             &format!("{}/s", scale.command_unit),
-            0.1 * scale.command,
-            1e4 * scale.command,
-            1e4 * scale.command,
+            1e-4 * scale.command / scale.interval,
+            10.0 * scale.command / scale.interval,
+            10.0 * scale.command / scale.interval,
         )]
     },
     trials: |scale, _| {

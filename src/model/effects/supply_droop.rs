@@ -21,19 +21,16 @@ pub(super) const ENTRY: Entry = Entry {
                 0.0,
                 2.0 * scale.rated_drop / scale.outputs[1],
             ),
-            Parameter::log("supply_lag", "s", 1e-3, 0.02, 2.0),
+            Parameter::log("supply_lag", "s", scale.interval, 20.0 * scale.interval, 2e3 * scale.interval),
         ]
     },
     trials: |scale, _| {
-        [
-            (0.05, 0.02),
-            (0.05, 0.2),
-            (0.4, 0.005),
-            (0.4, 0.05),
-            (0.4, 0.4),
-        ]
-        .map(|(share, lag)| vec![share * scale.rated_drop / scale.outputs[1], lag])
-        .to_vec()
+        [(0.05, 20.0), (0.05, 200.0), (0.4, 5.0), (0.4, 50.0), (0.4, 400.0)]
+            .map(|(share, rows)| {
+                let droop = share * scale.rated_drop / scale.outputs[1];
+                vec![droop, rows * scale.interval]
+            })
+            .to_vec()
     },
     imitated_by: &[],
     states: &["drawn"],

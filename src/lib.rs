@@ -1,23 +1,26 @@
 //! Finds the parameters of electro-hydraulic servo valves with the Bees Algorithm, on the CPU or on a GPU.
 //!
 //! ```text
-//! record ──> structure ──> candidates ──> costs ──> fit ──> residual ──> report
-//! measured   what the      Bees ask       Evaluator  polish  what is      report.json, model.toml,
-//! or curve   model has                    CPU | GPU          left over    residual.csv
+//! record ──> structure ──> candidates ──> costs ──> fit ──> residual ──> diagnosis ──> report
+//! measured   base model    Bees ask       Evaluator  polish  what is      which effect  report.json, model.toml,
+//! or curve   + effects                    CPU | GPU          left over    explains it   residual.csv
 //! ```
 //!
 //! - [`record`]: measurements in time and datasheet curves, with channels, units and checks.
 //! - [`model`]: the physics, each equation written once over [`model::Real`] and read as `f64`, `f32`, vectors of
 //!   candidates, dual numbers and WGSL. The actuator is `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T`
 //!   ([`model::actuator`]); an orifice passes `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of
-//!   them make a valve ([`model::valve`]).
+//!   them make a valve ([`model::valve`]). What measured valves show beyond that is in [`model::effects`], one file an
+//!   effect.
 //! - [`evaluate`]: the costs of a whole population at once, behind one trait.
 //! - [`search`]: the Bees Algorithm as ask and tell, and a Levenberg-Marquardt polish with exact sensitivities that says
 //!   how well the data determine each parameter, and which it cannot tell apart.
-//! - [`diagnose`]: fit and hold-out, the noise floor, and whether the residual is more than noise.
+//! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
+//!   leave on data that was never fitted.
 //! - [`report`]: what a run tells and leaves behind.
 //!
-//! Each of them knows only those above it.
+//! Each of them knows only those above it. Beside them stand [`rig`], which makes records with planted effects from equations
+//! of its own, and [`scorecard`], which counts on such records how often the diagnosis is right.
 //!
 //! # A fit
 //!
@@ -31,7 +34,7 @@
 //! let structure = Structure { initial: Initial::Rest, ..Structure::actuator(10.0, "V") };
 //! let parameters = structure.parameters();
 //! let time: Vec<f64> = (0..60).map(|k| 0.002 * f64::from(k)).collect();
-//! let step = Sample { input: [10.0, 0.0, 0.0, 0.0, 0.0], weight: 1.0, ..Sample::default() };
+//! let step = Sample { input: [10.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], weight: 1.0, ..Sample::default() };
 //! let mut series = Series { name: "step".into(), samples: vec![step; time.len()], time };
 //! series.set_steps(structure.fastest_rate(&parameters), 1);
 //! let [gain, time_constant, saturation] = [220.0, 0.008, 1.2];

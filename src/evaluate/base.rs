@@ -18,6 +18,7 @@ const PISTON_SPEED: f64 = 1e-3 / 60.0 / 1e-4 * 1e3;
 /// - Full scale: 10 for V, 100 for %, otherwise the largest |command| of all records.
 /// - Observed: the responses that every record has.
 /// - Position and command both in mm, nothing else measured: a position loop. Otherwise position integrates flow.
+/// - A position that moves against the command belongs to a cylinder that is connected the other way round.
 /// - A spool in another unit than the command's has a gain.
 /// - Flow or an integrated position asks for a valve with linear area, whose drop follows from the pressures that every
 ///   record has: all ports, the supply alone, or none.
@@ -80,6 +81,7 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         observed,
         spool_unit: spool_unit.map(String::from),
         piston,
+        reversed: piston == Piston::Integrated && records.iter().map(along).sum::<f64>() < 0.0,
         valve: has_valve.then(|| ValveForm {
             drop,
             ..ValveForm::linear()
@@ -260,6 +262,21 @@ fn covariance(record: &Record) -> f64 {
     let mean = pairs().map(|(command, _)| command).sum::<f64>() / record.samples() as f64;
     pairs()
         .map(|(command, spool)| (command - mean) * spool)
+        .sum()
+}
+
+/// How the piston moves along the command: the sum of the command times the change of position; 0 without a position.
+fn along(record: &Record) -> f64 {
+    let Some(position) = record.get(Channel::Position) else {
+        return 0.0;
+    };
+    let changes = position.values.windows(2).map(|pair| pair[1] - pair[0]);
+    let commands = &record.command().values;
+    let mean = commands.iter().sum::<f64>() / commands.len() as f64;
+    commands
+        .iter()
+        .zip(changes)
+        .map(|(command, change)| (command - mean) * change)
         .sum()
 }
 

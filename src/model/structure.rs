@@ -96,6 +96,9 @@ pub struct Structure {
     /// What a measured position is.
     #[serde(default)]
     pub piston: Piston,
+    /// Whether an integrated position falls where the flow is positive: the cylinder is connected the other way round.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub reversed: bool,
     /// The command between samples.
     #[serde(default)]
     pub hold: Hold,
@@ -123,6 +126,7 @@ impl Structure {
             drive: Drive::Actuator,
             spool_unit: None,
             piston: Piston::default(),
+            reversed: false,
             hold: Hold::default(),
             initial: Initial::default(),
             valve: None,
@@ -415,9 +419,11 @@ impl<R: Real> Plant<R> {
             .as_ref()
             .map(|form| Valve::new(form, take(form.parameters().len())));
         // 1 L/min = 1e-3/60 m³/s, over 1 cm² = 1e-4 m², in mm/s.
+        let direction = if structure.reversed { -1.0 } else { 1.0 };
+        let speed = R::constant(direction * (1e-3 / 60.0 / 1e-4 * 1e3));
         let piston_speed = structure
             .integrates_position()
-            .then(|| (R::constant(1e-3 / 60.0 / 1e-4 * 1e3) / take(1)[0]).named("piston_speed"));
+            .then(|| (speed / take(1)[0]).named("piston_speed"));
         let mut state = structure.base_states().len();
         let mut effects = Vec::with_capacity(structure.effects.len());
         let mut flow_moves = piston_speed.is_some();

@@ -117,7 +117,10 @@ fn the_base_model_leaves_far_more_than_noise_and_the_report_says_so() {
     let folder = bench();
     let call = ["identify", "bench.csv", "--effects", "none", "--out", "out"];
     let text = printed(&servobee(folder.path(), &call));
-    assert!(text.contains("The residual is more than noise"), "{text}");
+    assert!(
+        text.contains("What is left in the residual is more than noise"),
+        "{text}"
+    );
     let report = json(folder.path().join("out/report.json"));
     assert_eq!(report["verdict"], "unexplained");
     assert_eq!(report["remaining"]["structured"], true);
@@ -227,7 +230,7 @@ fn a_model_file_fixes_what_it_names() {
 #[test]
 fn a_model_without_a_free_parameter_is_scored_as_it_is() {
     let folder = bench();
-    report(folder.path(), &["bench.csv"]);
+    report(folder.path(), &["bench.csv", "--effects", "none"]);
     let model = read_to_string(folder.path().join("out/model.toml")).unwrap();
     write(
         folder.path().join("all.toml"),
@@ -237,10 +240,18 @@ fn a_model_without_a_free_parameter_is_scored_as_it_is() {
     let fitted = json(folder.path().join("out/report.json"));
     let scored = report(
         folder.path(),
-        &["bench.csv", "--model", "all.toml", "--force"],
+        &[
+            "bench.csv",
+            "--effects",
+            "none",
+            "--model",
+            "all.toml",
+            "--force",
+        ],
     );
     assert_eq!(scored["error"]["before"], fitted["error"]["before"]);
-    assert_eq!(scored["evaluations"], 1);
+    // Once by the search that has nothing to search, once by the polish that has nothing to polish.
+    assert_eq!(scored["evaluations"], 2);
 }
 
 #[test]
@@ -394,6 +405,8 @@ fn a_measured_servo_actuator_is_followed_on_a_record_never_fitted() {
             "x_cmd_mm=command [mm]",
             "--map",
             &map,
+            "--effects",
+            "none",
             "--out",
             channel,
         ];
@@ -406,6 +419,90 @@ fn a_measured_servo_actuator_is_followed_on_a_record_never_fitted() {
         let ignored = |warning: &&Value| warning.as_str().unwrap().contains("force_N");
         assert_eq!(warnings.iter().filter(ignored).count(), 2, "{warnings:?}");
     }
+}
+
+#[test]
+fn an_undeclared_delay_is_named_added_and_explains_everything() {
+    let folder = bench();
+    let report = report(folder.path(), &["bench.csv"]);
+    assert_eq!(report["verdict"], "found");
+    let effects = report["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 1, "{effects:?}");
+    let delay = &effects[0];
+    assert_eq!(delay["name"], "delay");
+    assert_eq!(delay["port"], "command");
+    assert_eq!(delay["tied_with"].as_array().unwrap().len(), 0);
+    let number = |value: &Value| value.as_f64().unwrap();
+    assert!(number(&delay["error_before"]) > 5.0 * number(&delay["error_after"]));
+    // The record was made with a delay of 4.7 ms, K = 250, T = 4 ms, S = 1.5: see tests/data/make_bench.py.
+    for (name, truth) in [
+        ("delay", 0.0047),
+        ("gain", 250.0),
+        ("time_constant", 0.004),
+        ("saturation", 1.5),
+    ] {
+        let parameters = report["parameters"].as_array().unwrap();
+        let found = parameters.iter().find(|p| p["name"] == name).unwrap();
+        let (low, high) = (number(&found["low"]), number(&found["high"]));
+        println!("{name}: {low} .. {high}");
+        assert!(low <= truth && truth <= high, "{name}: {found}");
+        assert_eq!(found["before"].is_null(), name == "delay");
+        assert_eq!(found["moved"], name != "delay");
+    }
+    for channel in ["spool", "flow"] {
+        let after = number(&report["error"]["after"]["hold_out"][channel]["rmse"]);
+        let noise = number(&report["noise_floor"][channel]);
+        assert!(after < 1.1 * noise, "{channel}: {after} over {noise}");
+    }
+    let improvement = &report["error"]["improvement"]["hold_out"];
+    assert!(number(&improvement["low"]) > 80.0, "{improvement}");
+    assert_eq!(report["remaining"]["structured"], false);
+    let considered = report["considered"].as_array().unwrap();
+    let names = considered.iter().filter(|one| one["round"] == 1).count();
+    assert!(names >= 19, "{names} effects looked at");
+    assert!(report["free_form"].is_null());
+}
+
+#[test]
+fn named_effects_take_the_measured_actuator_close_to_its_noise() {
+    let files = [
+        "mts_actuator_mrdamper_0A.csv",
+        "mts_actuator_mrdamper_1A.csv",
+    ]
+    .map(measured);
+    let [Some(fitted), Some(held_out)] = files else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let call = [
+        "identify",
+        fitted.to_str().unwrap(),
+        "--hold-out",
+        held_out.to_str().unwrap(),
+        "--map",
+        "t_s=time [s]",
+        "--map",
+        "x_cmd_mm=command [mm]",
+        "--map",
+        "x_meas_mm=spool [mm]",
+        "--out",
+        "out",
+    ];
+    printed(&servobee(folder.path(), &call));
+    let report = json(folder.path().join("out/report.json"));
+    assert_eq!(report["verdict"], "found");
+    let rmse = report["error"]["after"]["hold_out"]["spool"]["rmse"].as_f64();
+    println!("RMS {} mm held out, {}", rmse.unwrap(), report["effects"]);
+    assert!(rmse.unwrap() <= 0.033, "{report}");
+    // Only the spool is measured: nothing tells a shifted command from a shifted sensor.
+    let effects = report["effects"].as_array().unwrap();
+    let shift = |name: &Value| name == "null_bias" || name == "sensor_offset";
+    let shifted = effects
+        .iter()
+        .find(|effect| shift(&effect["name"]))
+        .unwrap();
+    let tied = shifted["tied_with"].as_array().unwrap();
+    assert!(tied.iter().any(shift), "{shifted}");
 }
 
 #[test]

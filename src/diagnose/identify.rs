@@ -115,6 +115,13 @@ pub struct Options {
     pub max_effects: usize,
 }
 
+impl Options {
+    /// Whether anything may be added.
+    fn any(&self) -> bool {
+        self.max_effects > 0 && !self.effects.is_empty()
+    }
+}
+
 /// A fitted model with its errors.
 #[derive(Debug, Clone)]
 pub struct Fitted {
@@ -251,7 +258,7 @@ impl Diagnosis<'_> {
         let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan.seed);
         let base = evidence.start_from(&before);
         let mut attribution = None;
-        if options.max_effects > 0
+        if options.any()
             && !before.exact()
             && let Some(base) = &base
         {
@@ -309,6 +316,7 @@ impl Diagnosis<'_> {
         }
         let mut free_form = None;
         if let Some(base) = &base
+            && options.any()
             && grounds.verdict() == Verdict::Unexplained
         {
             progress("a correction of free form");

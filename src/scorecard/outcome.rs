@@ -10,7 +10,7 @@ use std::str::FromStr;
 pub enum Outcome {
     /// Named exactly; where nothing is planted: nothing found.
     Right,
-    /// All that is planted is named or in a tie of at most [`NARROW`], nothing else is.
+    /// All that is planted is named or in a tie of at most three, nothing else is.
     Tied,
     /// The same, in a larger tie.
     TiedWide,

@@ -53,18 +53,18 @@ fn observe(plant: Plant, state: State, input: Input) -> vec3<f32> {
 }
 
 fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State {
-    let t40 = -plant.saturation;
-    let t43 = plant.gain * min(max(start.command - state.spool, t40), plant.saturation);
-    let t45 = (state.integrator - state.spool) * plant.rate;
-    let t47 = step * 0.5f;
-    let t51 = state.spool + (t47 * t45);
-    let t55 = plant.gain * min(max(middle.command - t51, t40), plant.saturation);
-    let t57 = ((state.integrator + (t47 * t43)) - t51) * plant.rate;
-    let t66 = state.spool + (t47 * t57);
-    let t70 = plant.gain * min(max(middle.command - t66, t40), plant.saturation);
-    let t72 = ((state.integrator + (t47 * t55)) - t66) * plant.rate;
-    let t77 = step * 1.0f;
-    let t81 = state.spool + (t77 * t72);
-    let t93 = step * 0.16666667f;
-    return State(state.integrator + (t93 * (((t43 + (2.0f * t55)) + (2.0f * t70)) + (1.0f * (plant.gain * min(max(end.command - t81, t40), plant.saturation))))), state.spool + (t93 * (((t45 + (2.0f * t57)) + (2.0f * t72)) + (1.0f * (((state.integrator + (t77 * t70)) - t81) * plant.rate)))));
+    let t41 = -plant.saturation;
+    let t44 = plant.gain * min(max(start.command - state.spool, t41), plant.saturation);
+    let t46 = (state.integrator - state.spool) * plant.rate;
+    let t48 = step * 0.5f;
+    let t52 = state.spool + (t48 * t46);
+    let t56 = plant.gain * min(max(middle.command - t52, t41), plant.saturation);
+    let t58 = ((state.integrator + (t48 * t44)) - t52) * plant.rate;
+    let t67 = state.spool + (t48 * t58);
+    let t71 = plant.gain * min(max(middle.command - t67, t41), plant.saturation);
+    let t73 = ((state.integrator + (t48 * t56)) - t67) * plant.rate;
+    let t78 = step * 1.0f;
+    let t82 = state.spool + (t78 * t73);
+    let t94 = step * 0.16666667f;
+    return State(state.integrator + (t94 * (((t44 + (2.0f * t56)) + (2.0f * t71)) + (1.0f * (plant.gain * min(max(end.command - t82, t41), plant.saturation))))), state.spool + (t94 * (((t46 + (2.0f * t58)) + (2.0f * t73)) + (1.0f * (((state.integrator + (t78 * t71)) - t82) * plant.rate)))));
 }

@@ -71,41 +71,41 @@ fn delay(plant: Plant) -> f32 {
 
 fn observe(plant: Plant, state: State, input: Input) -> vec3<f32> {
     let opening = state.spool * 10.0f;
-    let t68 = input.supply * 100000.0f;
-    let t69 = input.tank * 100000.0f;
-    let t70 = input.a * 100000.0f;
-    let t71 = input.b * 100000.0f;
-    let t72 = plant.opening_offset + opening;
-    let forward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t72 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t72 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t72 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t72 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t72 - 80.0f, 0.0f), 20.0f)), plant.leakage);
-    let t101 = plant.opening_offset - opening;
-    let backward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t101 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t101 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t101 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t101 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t101 - 80.0f, 0.0f), 20.0f)), plant.leakage);
-    let t128 = t68 - t70;
-    let t135 = (((t68 + t70) * 0.5f) + 101325.0f) * 0.001f;
-    let t136 = forward_area * plant.orifice_coefficient;
-    let t145 = t70 - t69;
-    let t149 = (((t70 + t69) * 0.5f) + 101325.0f) * 0.001f;
-    let t150 = backward_area * plant.orifice_coefficient;
-    let t159 = t68 - t71;
-    let t163 = (((t68 + t71) * 0.5f) + 101325.0f) * 0.001f;
-    let t172 = t71 - t69;
-    let t176 = (((t71 + t69) * 0.5f) + 101325.0f) * 0.001f;
-    let flow = (((((t136 * t128) / sqrt(sqrt((t128 * t128) + (t135 * t135)))) * 60000.0f) - (((t150 * t145) / sqrt(sqrt((t145 * t145) + (t149 * t149)))) * 60000.0f)) + ((((t136 * t172) / sqrt(sqrt((t172 * t172) + (t176 * t176)))) * 60000.0f) - (((t150 * t159) / sqrt(sqrt((t159 * t159) + (t163 * t163)))) * 60000.0f))) * 0.5f;
+    let t69 = input.supply * 100000.0f;
+    let t70 = input.tank * 100000.0f;
+    let t71 = input.a * 100000.0f;
+    let t72 = input.b * 100000.0f;
+    let t73 = plant.opening_offset + opening;
+    let forward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t73 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t73 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t73 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t73 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t73 - 80.0f, 0.0f), 20.0f)), plant.leakage);
+    let t102 = plant.opening_offset - opening;
+    let backward_area = max(((((plant.first_area + (plant.slope_1 * min(max(t102 - 0.0f, 0.0f), 10.0f))) + (plant.slope_2 * min(max(t102 - 10.0f, 0.0f), 15.0f))) + (plant.slope_3 * min(max(t102 - 25.0f, 0.0f), 25.0f))) + (plant.slope_4 * min(max(t102 - 50.0f, 0.0f), 30.0f))) + (plant.slope_5 * min(max(t102 - 80.0f, 0.0f), 20.0f)), plant.leakage);
+    let t129 = t69 - t71;
+    let t136 = (((t69 + t71) * 0.5f) + 101325.0f) * 0.001f;
+    let t137 = forward_area * plant.orifice_coefficient;
+    let t146 = t71 - t70;
+    let t150 = (((t71 + t70) * 0.5f) + 101325.0f) * 0.001f;
+    let t151 = backward_area * plant.orifice_coefficient;
+    let t160 = t69 - t72;
+    let t164 = (((t69 + t72) * 0.5f) + 101325.0f) * 0.001f;
+    let t173 = t72 - t70;
+    let t177 = (((t72 + t70) * 0.5f) + 101325.0f) * 0.001f;
+    let flow = (((((t137 * t129) / sqrt(sqrt((t129 * t129) + (t136 * t136)))) * 60000.0f) - (((t151 * t146) / sqrt(sqrt((t146 * t146) + (t150 * t150)))) * 60000.0f)) + ((((t137 * t173) / sqrt(sqrt((t173 * t173) + (t177 * t177)))) * 60000.0f) - (((t151 * t160) / sqrt(sqrt((t160 * t160) + (t164 * t164)))) * 60000.0f))) * 0.5f;
     return vec3<f32>(state.spool, flow, 0.0f);
 }
 
 fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State {
-    let t211 = -plant.saturation;
-    let t214 = plant.gain * min(max(start.command - state.spool, t211), plant.saturation);
-    let t216 = (state.integrator - state.spool) * plant.rate;
-    let t217 = step * 0.5f;
-    let t221 = state.spool + (t217 * t216);
-    let t225 = plant.gain * min(max(middle.command - t221, t211), plant.saturation);
-    let t227 = ((state.integrator + (t217 * t214)) - t221) * plant.rate;
-    let t235 = state.spool + (t217 * t227);
-    let t239 = plant.gain * min(max(middle.command - t235, t211), plant.saturation);
-    let t241 = ((state.integrator + (t217 * t225)) - t235) * plant.rate;
-    let t246 = step * 1.0f;
-    let t250 = state.spool + (t246 * t241);
-    let t262 = step * 0.16666667f;
-    return State(state.integrator + (t262 * (((t214 + (2.0f * t225)) + (2.0f * t239)) + (1.0f * (plant.gain * min(max(end.command - t250, t211), plant.saturation))))), state.spool + (t262 * (((t216 + (2.0f * t227)) + (2.0f * t241)) + (1.0f * (((state.integrator + (t246 * t239)) - t250) * plant.rate)))));
+    let t212 = -plant.saturation;
+    let t215 = plant.gain * min(max(start.command - state.spool, t212), plant.saturation);
+    let t217 = (state.integrator - state.spool) * plant.rate;
+    let t218 = step * 0.5f;
+    let t222 = state.spool + (t218 * t217);
+    let t226 = plant.gain * min(max(middle.command - t222, t212), plant.saturation);
+    let t228 = ((state.integrator + (t218 * t215)) - t222) * plant.rate;
+    let t236 = state.spool + (t218 * t228);
+    let t240 = plant.gain * min(max(middle.command - t236, t212), plant.saturation);
+    let t242 = ((state.integrator + (t218 * t226)) - t236) * plant.rate;
+    let t247 = step * 1.0f;
+    let t251 = state.spool + (t247 * t242);
+    let t263 = step * 0.16666667f;
+    return State(state.integrator + (t263 * (((t215 + (2.0f * t226)) + (2.0f * t240)) + (1.0f * (plant.gain * min(max(end.command - t251, t212), plant.saturation))))), state.spool + (t263 * (((t217 + (2.0f * t228)) + (2.0f * t242)) + (1.0f * (((state.integrator + (t247 * t240)) - t251) * plant.rate)))));
 }

@@ -21,15 +21,36 @@ fn diverged(state: State) -> bool {
     return !(abs(state.integrator) < STATE_LIMIT) || !(abs(state.spool) < STATE_LIMIT);
 }
 
+struct Stride {
+    length: f32,
+    part: f32,
+    kept: f32,
+    followed: f32,
+    fed: f32,
+    faded: f32,
+    slewed: f32,
+    lead: f32,
+    softness: f32,
+    turns: f32,
+}
+
+// Integrator and spool, and above zero: what is left to do.
+struct Leap {
+    integrator: f32,
+    spool: f32,
+    more: f32,
+}
+
 struct Plant {
     gain: f32,
+    time_constant: f32,
     saturation: f32,
     rate: f32,
 }
 
 fn prepare(candidate: u32, population: u32) -> Plant {
     let rate = 1.0f / candidates[1u * population + candidate];
-    return Plant(candidates[0u * population + candidate], candidates[2u * population + candidate], rate);
+    return Plant(candidates[0u * population + candidate], candidates[1u * population + candidate], candidates[2u * population + candidate], rate);
 }
 
 fn initial(plant: Plant, input: Input, position: f32) -> State {
@@ -67,4 +88,158 @@ fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, 
     let t82 = state.spool + (t78 * t73);
     let t94 = step * 0.16666667f;
     return State(state.integrator + (t94 * (((t44 + (2.0f * t56)) + (2.0f * t71)) + (1.0f * (plant.gain * min(max(end.command - t82, t41), plant.saturation))))), state.spool + (t94 * (((t46 + (2.0f * t58)) + (2.0f * t73)) + (1.0f * (((state.integrator + (t78 * t71)) - t82) * plant.rate)))));
+}
+
+fn stride_of(plant: Plant, length: f32) -> Stride {
+    let stiffness = plant.gain * plant.rate;
+    let t115 = length * 0.125f;
+    let t116 = t115 * 1.0f;
+    let t119 = (-(stiffness * 0.0f)) * t116;
+    let t122 = (1.0f - (plant.rate * 0.0f)) * t116;
+    let t125 = -((1.0f * plant.rate) * t116);
+    let t129 = t115 * 0.5f;
+    let t132 = (-(stiffness * t122)) * t129;
+    let t135 = (t119 - (plant.rate * t122)) * t129;
+    let t138 = -((t125 * plant.rate) * t129);
+    let t143 = t115 * 0.33333334f;
+    let t146 = (-(stiffness * t135)) * t143;
+    let t149 = (t132 - (plant.rate * t135)) * t143;
+    let t152 = -((t138 * plant.rate) * t143);
+    let t157 = t115 * 0.25f;
+    let t160 = (-(stiffness * t149)) * t157;
+    let t163 = (t146 - (plant.rate * t149)) * t157;
+    let t166 = -((t152 * plant.rate) * t157);
+    let t171 = t115 * 0.2f;
+    let t174 = (-(stiffness * t163)) * t171;
+    let t177 = (t160 - (plant.rate * t163)) * t171;
+    let t180 = -((t166 * plant.rate) * t171);
+    let t184 = t115 * 0.16666667f;
+    let t187 = (-(stiffness * t177)) * t184;
+    let t190 = (t174 - (plant.rate * t177)) * t184;
+    let t193 = -((t180 * plant.rate) * t184);
+    let t198 = t115 * 0.14285715f;
+    let t201 = (-(stiffness * t190)) * t198;
+    let t204 = (t187 - (plant.rate * t190)) * t198;
+    let t207 = -((t193 * plant.rate) * t198);
+    let t211 = t115 * 0.125f;
+    let t221 = (((((((0.0f + t119) + t132) + t146) + t160) + t174) + t187) + t201) + ((-(stiffness * t204)) * t211);
+    let t222 = (((((((0.0f + t122) + t135) + t149) + t163) + t177) + t190) + t204) + ((t201 - (plant.rate * t204)) * t211);
+    let t223 = (((((((0.0f - t125) - t138) - t152) - t166) - t180) - t193) - t207) - (-((t207 * plant.rate) * t211));
+    let t224 = 2.0f * t221;
+    let t229 = t224 + ((t221 * t221) - ((stiffness * t222) * t222));
+    let t233 = t222 * (2.0f + (t224 - (plant.rate * t222)));
+    let t235 = t223 * (2.0f - t223);
+    let t236 = 2.0f * t229;
+    let t241 = t236 + ((t229 * t229) - ((stiffness * t233) * t233));
+    let t245 = t233 * (2.0f + (t236 - (plant.rate * t233)));
+    let t247 = t235 * (2.0f - t235);
+    let t248 = 2.0f * t241;
+    let t257 = t245 * (2.0f + (t248 - (plant.rate * t245)));
+    let t260 = plant.gain * plant.saturation;
+    let t262 = (stiffness * length) * length;
+    return Stride(length, length * select(1.0f, 0.25f, ((max(sqrt(t262), length * plant.rate) * 0.95238096f) - 1.0f) > 0.0), t248 + ((t241 * t241) - ((stiffness * t245) * t245)), t257 * plant.rate, t257 * plant.gain, t247 * (2.0f - t247), t260 * length, t260 * plant.time_constant, 1.0f / (plant.gain * plant.time_constant), t262 - 9.0f);
+}
+
+fn leap(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> Leap {
+    let t45 = state.integrator - state.spool;
+    let t279 = command - state.spool;
+    let t280 = -t279;
+    let t289 = select(-stride.slewed, stride.slewed, t279 > 0.0);
+    let t295 = max(t279, t280) - plant.saturation;
+    let t297 = state.integrator + select((stride.kept * (t280 + t45)) - (stride.fed * t280), t289, t295 > 0.0);
+    let t300 = state.spool + select((stride.kept * t280) + (stride.followed * t45), t289 - ((select(-stride.lead, stride.lead, t279 > 0.0) - t45) * stride.faded), t295 > 0.0);
+    let t301 = command - t300;
+    let t307 = -t301;
+    return Leap(t297, t300, select(min(((t280 * t280) + ((t45 * t45) * stride.softness)) - (plant.saturation * plant.saturation), max(max(t301, t307) - plant.saturation, max(stride.turns, -(t45 * (t297 - t300))))), plant.saturation - select(t307, t301, t279 > 0.0), t295 > 0.0));
+}
+
+fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, left: f32) -> Leap {
+    let t279 = command - state.spool;
+    let t323 = select(left, stride.part, (left - (stride.part * 1.0001f)) > 0.0);
+    let t324 = t323 * plant.rate;
+    let t325 = t323 * plant.gain;
+    let t326 = (state.integrator - state.spool) * t324;
+    let t327 = 0.0f - t326;
+    let t330 = t279 + (0.001f * t327);
+    let t333 = max(t330, -t330) - plant.saturation;
+    let t334 = select(t325, 0.0f, t333 > 0.0);
+    let t335 = t325 * plant.saturation;
+    let t339 = select(t325 * t279, select(-t335, t335, t330 > 0.0), t333 > 0.0);
+    let t342 = (t339 - t326) * (t324 * 0.5f);
+    let t344 = t327 * (t334 * 0.5f);
+    let t348 = (t344 - t342) * (t324 * 0.33333334f);
+    let t350 = (-t342) * (t334 * 0.33333334f);
+    let t354 = (t350 - t348) * (t324 * 0.25f);
+    let t356 = (-t348) * (t334 * 0.25f);
+    let t360 = (t356 - t354) * (t324 * 0.2f);
+    let t362 = (-t354) * (t334 * 0.2f);
+    let t366 = (t362 - t360) * (t324 * 0.16666667f);
+    let t368 = (-t360) * (t334 * 0.16666667f);
+    let t372 = (t368 - t366) * (t324 * 0.14285715f);
+    let t374 = (-t366) * (t334 * 0.14285715f);
+    let t378 = (t374 - t372) * (t324 * 0.125f);
+    let t380 = (-t372) * (t334 * 0.125f);
+    let t382 = 1.0f * 1.0f;
+    let t383 = t382 * t382;
+    let t399 = ((state.integrator + (t339 * 1.0f)) + ((t344 + (t350 * 1.0f)) * t382)) + ((((t356 + (t362 * 1.0f)) + ((t368 + (t374 * 1.0f)) * t382)) + (t380 * t383)) * t383);
+    let t415 = ((state.spool + (t326 * 1.0f)) + ((t342 + (t348 * 1.0f)) * t382)) + ((((t354 + (t360 * 1.0f)) + ((t366 + (t372 * 1.0f)) * t382)) + (t378 * t383)) * t383);
+    let t418 = 0.0f - ((t399 - t415) * t324);
+    let t423 = select(1.0f, t327 / (t327 - t418), (-(t327 * t418)) > 0.0);
+    let t426 = t423 * t423;
+    let t427 = t426 * t426;
+    let t444 = (command + (0.0f * t423)) - (((state.spool + (t326 * t423)) + ((t342 + (t348 * t423)) * t426)) + ((((t354 + (t360 * t423)) + ((t366 + (t372 * t423)) * t426)) + (t378 * t427)) * t427));
+    let t447 = -t444;
+    let t452 = select(plant.saturation - max(t444, t447), select(t447, t444, t330 > 0.0) - plant.saturation, t333 > 0.0);
+    let t453 = select(t423, 1.0f, t452 > 0.0);
+    let t454 = select(t444, (command + 0.0f) - t415, t452 > 0.0);
+    let t455 = select(t454, t330, t333 > 0.0);
+    let t458 = plant.saturation - select(-t454, t454, t455 > 0.0);
+    let t460 = select(t458, -t458, t333 > 0.0);
+    let t461 = left - t323;
+    let t462 = -t460;
+    let t464 = plant.saturation - select(-t279, t279, t455 > 0.0);
+    let t467 = max(select(t464, -t464, t333 > 0.0), 0.0f);
+    let t470 = t453 * (t467 / (t467 - t460));
+    let t471 = t470 * t470;
+    let t472 = t471 * t471;
+    let t504 = ((state.spool + (t326 * t470)) + ((t342 + (t348 * t470)) * t471)) + ((((t354 + (t360 * t470)) + ((t366 + (t372 * t470)) * t471)) + (t378 * t472)) * t472);
+    let t507 = (command + (0.0f * t470)) - t504;
+    let t510 = plant.saturation - select(-t507, t507, t455 > 0.0);
+    let t512 = select(t510, -t510, t333 > 0.0);
+    let t515 = 0.0f - (((((state.integrator + (t339 * t470)) + ((t344 + (t350 * t470)) * t471)) + ((((t356 + (t362 * t470)) + ((t368 + (t374 * t470)) * t471)) + (t380 * t472)) * t472)) - t504) * t324);
+    let t517 = select(-t515, t515, t455 > 0.0);
+    let t519 = select(-t517, t517, t333 > 0.0);
+    let t520 = select(0.0f, t470, t512 > 0.0);
+    let t521 = select(t470, t453, t512 > 0.0);
+    let t527 = t470 - ((t512 * t519) / ((t519 * t519) + 1e-30f));
+    let t533 = select(t527, (t520 + t521) * 0.5f, max(t520 - t527, t527 - t521) > 0.0);
+    let t534 = t533 * t533;
+    let t535 = t534 * t534;
+    let t567 = ((state.spool + (t326 * t533)) + ((t342 + (t348 * t533)) * t534)) + ((((t354 + (t360 * t533)) + ((t366 + (t372 * t533)) * t534)) + (t378 * t535)) * t535);
+    let t570 = (command + (0.0f * t533)) - t567;
+    let t573 = plant.saturation - select(-t570, t570, t455 > 0.0);
+    let t575 = select(t573, -t573, t333 > 0.0);
+    let t578 = 0.0f - (((((state.integrator + (t339 * t533)) + ((t344 + (t350 * t533)) * t534)) + ((((t356 + (t362 * t533)) + ((t368 + (t374 * t533)) * t534)) + (t380 * t535)) * t535)) - t567) * t324);
+    let t580 = select(-t578, t578, t455 > 0.0);
+    let t582 = select(-t580, t580, t333 > 0.0);
+    let t583 = select(t520, t533, t575 > 0.0);
+    let t584 = select(t533, t521, t575 > 0.0);
+    let t589 = t533 - ((t575 * t582) / ((t582 * t582) + 1e-30f));
+    let t595 = select(t589, (t583 + t584) * 0.5f, max(t583 - t589, t589 - t584) > 0.0);
+    let t596 = t595 * t595;
+    let t597 = t596 * t596;
+    let t629 = ((state.spool + (t326 * t595)) + ((t342 + (t348 * t595)) * t596)) + ((((t354 + (t360 * t595)) + ((t366 + (t372 * t595)) * t596)) + (t378 * t597)) * t597);
+    let t632 = (command + (0.0f * t595)) - t629;
+    let t635 = plant.saturation - select(-t632, t632, t455 > 0.0);
+    let t637 = select(t635, -t635, t333 > 0.0);
+    let t640 = 0.0f - (((((state.integrator + (t339 * t595)) + ((t344 + (t350 * t595)) * t596)) + ((((t356 + (t362 * t595)) + ((t368 + (t374 * t595)) * t596)) + (t380 * t597)) * t597)) - t629) * t324);
+    let t642 = select(-t640, t640, t455 > 0.0);
+    let t644 = select(-t642, t642, t333 > 0.0);
+    let t645 = select(t583, t595, t637 > 0.0);
+    let t646 = select(t595, t584, t637 > 0.0);
+    let t651 = t595 - ((t637 * t644) / ((t644 * t644) + 1e-30f));
+    let t659 = max(select(t651, (t645 + t646) * 0.5f, max(t645 - t651, t651 - t646) > 0.0), 0.0001f);
+    let t660 = t659 * t659;
+    let t661 = t660 * t660;
+    return Leap(select(t399, ((state.integrator + (t339 * t659)) + ((t344 + (t350 * t659)) * t660)) + ((((t356 + (t362 * t659)) + ((t368 + (t374 * t659)) * t660)) + (t380 * t661)) * t661), t462 > 0.0), select(t415, ((state.spool + (t326 * t659)) + ((t342 + (t348 * t659)) * t660)) + ((((t354 + (t360 * t659)) + ((t366 + (t372 * t659)) * t660)) + (t378 * t661)) * t661), t462 > 0.0), select(t461, t461 + (t323 * (1.0f - t659)), t462 > 0.0));
 }

@@ -2,6 +2,7 @@
 // Before this text stand the settings (constants) and the physics of the structure, traced from src/model:
 //     struct Plant, struct State, STATES, prepare, initial, command, remember, delay, observe, advance, load, store,
 //     diverged.
+// After it stands how a state goes from row to row: leaps.wgsl where the spool moves in exact leaps, otherwise steps.wgsl.
 // The twin of these loops on the CPU is src/evaluate/simulate.rs; both sum in the same order.
 
 // What drives the model at one instant.
@@ -62,18 +63,6 @@ struct Work {
 @group(0) @binding(7) var<storage, read> tones: array<Tone>;
 @group(0) @binding(8) var<storage, read> wave: array<vec2<f32>>;
 
-fn between(start: Input, end: Input, share: f32) -> Input {
-    return Input(
-        start.command + share * (end.command - start.command),
-        start.supply + share * (end.supply - start.supply),
-        start.tank + share * (end.tank - start.tank),
-        start.a + share * (end.a - start.a),
-        start.b + share * (end.b - start.b),
-        start.temperature + share * (end.temperature - start.temperature),
-        start.time + share * (end.time - start.time),
-    );
-}
-
 // Seconds from row `now` of a record to the arrival of the command of row `row`. The twin of src/evaluate/arrival.rs.
 fn arrival(plant: Plant, record: Series, row: i32, now: u32) -> f32 {
     if (row >= i32(record.count)) {
@@ -103,51 +92,6 @@ fn command_after(plant: Plant, record: Series, row: i32, now: u32, after: f32) -
     }
     let share = clamp((after - arrival(plant, record, row, now)) / lasts, 0.0, 1.0);
     return value + share * (command_of(record, row + 1) - value);
-}
-
-// Integrates from row `k` to the next while commands arrive late; row `first`'s is the one that acts at row `k`.
-fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, first: i32) -> State {
-    let sample = samples[record.first + k];
-    let next = samples[record.first + k + 1u];
-    let substeps = f32(sample.substeps);
-    let seconds = (next.input.time - sample.input.time) + (next.time_rest - sample.time_rest);
-    var state = before;
-    var input = now;
-    var begin = 0.0;
-    var late = command_of(record, first);
-    if (INTERPOLATED) {
-        late = command_after(plant, record, first, k, 0.0);
-    }
-    for (var piece = 0u; piece < sample.pieces; piece++) {
-        let row = first + i32(piece);
-        var end = sample.step;
-        if (piece + 1u < sample.pieces) {
-            end = sample.step - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / substeps);
-        }
-        let step = end - begin;
-        let reached = sample.step - begin > 0.0;
-        if (!INTERPOLATED && piece > 0u) {
-            late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
-            input.command = command(plant, state, late);
-            state = remember(plant, state, late);
-        }
-        for (var j = 0u; j < sample.substeps; j++) {
-            var inputs = array<Input, 3>(input, input, input);
-            if (INTERPOLATED) {
-                for (var half = 0u; half < 3u; half++) {
-                    let after = begin * substeps + (f32(j) + 0.5 * f32(half)) * step;
-                    var one = between(sample.input, next.input, after * (1.0 / seconds));
-                    late = select(late, command_after(plant, record, row, k, after), reached);
-                    one.command = command(plant, state, late);
-                    state = remember(plant, state, late);
-                    inputs[half] = one;
-                }
-            }
-            state = advance(plant, state, inputs[0], inputs[1], inputs[2], step);
-        }
-        begin = end;
-    }
-    return state;
 }
 
 // Integrates one slice of a record. The result is the sum of weighted squared errors of the three outputs, and 1 in
@@ -210,27 +154,7 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
             chunk = vec3<f32>(0.0);
         }
         if (k + 1u < record.count) {
-            if (DELAYED) {
-                state = interval(plant, record, state, input, k, acting);
-            } else if (INTERPOLATED) {
-                let next = samples[record.first + k + 1u].input;
-                let half_step = 0.5 / f32(sample.substeps);
-                for (var j = 0u; j < sample.substeps; j++) {
-                    var inputs: array<Input, 3>;
-                    for (var half = 0u; half < 3u; half++) {
-                        var one = between(sample.input, next, f32(2u * j + half) * half_step);
-                        arrived = one.command;
-                        one.command = command(plant, state, arrived);
-                        state = remember(plant, state, arrived);
-                        inputs[half] = one;
-                    }
-                    state = advance(plant, state, inputs[0], inputs[1], inputs[2], sample.step);
-                }
-            } else {
-                for (var j = 0u; j < sample.substeps; j++) {
-                    state = advance(plant, state, input, input, input, sample.step);
-                }
-            }
+            state = travel(plant, record, state, input, k, acting);
         }
         failed = diverged(state);
     }

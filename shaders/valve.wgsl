@@ -21,8 +21,29 @@ fn diverged(state: State) -> bool {
     return !(abs(state.integrator) < STATE_LIMIT) || !(abs(state.spool) < STATE_LIMIT);
 }
 
+struct Stride {
+    length: f32,
+    part: f32,
+    kept: f32,
+    followed: f32,
+    fed: f32,
+    faded: f32,
+    slewed: f32,
+    lead: f32,
+    softness: f32,
+    turns: f32,
+}
+
+// Integrator and spool, and above zero: what is left to do.
+struct Leap {
+    integrator: f32,
+    spool: f32,
+    more: f32,
+}
+
 struct Plant {
     gain: f32,
+    time_constant: f32,
     saturation: f32,
     opening_offset: f32,
     rate: f32,
@@ -50,7 +71,7 @@ fn prepare(candidate: u32, population: u32) -> Plant {
     let slope_4 = (t33 - t29) / 30.0f;
     let slope_5 = ((candidates[8u * population + candidate] * 0.0001f) - t33) / 20.0f;
     let orifice_coefficient = constants[0u] * sqrt(2.0f / constants[1u]);
-    return Plant(candidates[0u * population + candidate], candidates[2u * population + candidate], constants[4u], rate, leakage, first_area, slope_1, slope_2, slope_3, slope_4, slope_5, orifice_coefficient);
+    return Plant(candidates[0u * population + candidate], candidates[1u * population + candidate], candidates[2u * population + candidate], constants[4u], rate, leakage, first_area, slope_1, slope_2, slope_3, slope_4, slope_5, orifice_coefficient);
 }
 
 fn initial(plant: Plant, input: Input, position: f32) -> State {
@@ -108,4 +129,158 @@ fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, 
     let t251 = state.spool + (t247 * t242);
     let t263 = step * 0.16666667f;
     return State(state.integrator + (t263 * (((t215 + (2.0f * t226)) + (2.0f * t240)) + (1.0f * (plant.gain * min(max(end.command - t251, t212), plant.saturation))))), state.spool + (t263 * (((t217 + (2.0f * t228)) + (2.0f * t242)) + (1.0f * (((state.integrator + (t247 * t240)) - t251) * plant.rate)))));
+}
+
+fn stride_of(plant: Plant, length: f32) -> Stride {
+    let stiffness = plant.gain * plant.rate;
+    let t284 = length * 0.125f;
+    let t285 = t284 * 1.0f;
+    let t288 = (-(stiffness * 0.0f)) * t285;
+    let t291 = (1.0f - (plant.rate * 0.0f)) * t285;
+    let t294 = -((1.0f * plant.rate) * t285);
+    let t298 = t284 * 0.5f;
+    let t301 = (-(stiffness * t291)) * t298;
+    let t304 = (t288 - (plant.rate * t291)) * t298;
+    let t307 = -((t294 * plant.rate) * t298);
+    let t312 = t284 * 0.33333334f;
+    let t315 = (-(stiffness * t304)) * t312;
+    let t318 = (t301 - (plant.rate * t304)) * t312;
+    let t321 = -((t307 * plant.rate) * t312);
+    let t326 = t284 * 0.25f;
+    let t329 = (-(stiffness * t318)) * t326;
+    let t332 = (t315 - (plant.rate * t318)) * t326;
+    let t335 = -((t321 * plant.rate) * t326);
+    let t340 = t284 * 0.2f;
+    let t343 = (-(stiffness * t332)) * t340;
+    let t346 = (t329 - (plant.rate * t332)) * t340;
+    let t349 = -((t335 * plant.rate) * t340);
+    let t353 = t284 * 0.16666667f;
+    let t356 = (-(stiffness * t346)) * t353;
+    let t359 = (t343 - (plant.rate * t346)) * t353;
+    let t362 = -((t349 * plant.rate) * t353);
+    let t367 = t284 * 0.14285715f;
+    let t370 = (-(stiffness * t359)) * t367;
+    let t373 = (t356 - (plant.rate * t359)) * t367;
+    let t376 = -((t362 * plant.rate) * t367);
+    let t380 = t284 * 0.125f;
+    let t390 = (((((((0.0f + t288) + t301) + t315) + t329) + t343) + t356) + t370) + ((-(stiffness * t373)) * t380);
+    let t391 = (((((((0.0f + t291) + t304) + t318) + t332) + t346) + t359) + t373) + ((t370 - (plant.rate * t373)) * t380);
+    let t392 = (((((((0.0f - t294) - t307) - t321) - t335) - t349) - t362) - t376) - (-((t376 * plant.rate) * t380));
+    let t393 = 2.0f * t390;
+    let t398 = t393 + ((t390 * t390) - ((stiffness * t391) * t391));
+    let t402 = t391 * (2.0f + (t393 - (plant.rate * t391)));
+    let t404 = t392 * (2.0f - t392);
+    let t405 = 2.0f * t398;
+    let t410 = t405 + ((t398 * t398) - ((stiffness * t402) * t402));
+    let t414 = t402 * (2.0f + (t405 - (plant.rate * t402)));
+    let t416 = t404 * (2.0f - t404);
+    let t417 = 2.0f * t410;
+    let t426 = t414 * (2.0f + (t417 - (plant.rate * t414)));
+    let t429 = plant.gain * plant.saturation;
+    let t431 = (stiffness * length) * length;
+    return Stride(length, length * select(1.0f, 0.25f, ((max(sqrt(t431), length * plant.rate) * 0.95238096f) - 1.0f) > 0.0), t417 + ((t410 * t410) - ((stiffness * t414) * t414)), t426 * plant.rate, t426 * plant.gain, t416 * (2.0f - t416), t429 * length, t429 * plant.time_constant, 1.0f / (plant.gain * plant.time_constant), t431 - 9.0f);
+}
+
+fn leap(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> Leap {
+    let t216 = state.integrator - state.spool;
+    let t448 = command - state.spool;
+    let t449 = -t448;
+    let t458 = select(-stride.slewed, stride.slewed, t448 > 0.0);
+    let t464 = max(t448, t449) - plant.saturation;
+    let t466 = state.integrator + select((stride.kept * (t449 + t216)) - (stride.fed * t449), t458, t464 > 0.0);
+    let t469 = state.spool + select((stride.kept * t449) + (stride.followed * t216), t458 - ((select(-stride.lead, stride.lead, t448 > 0.0) - t216) * stride.faded), t464 > 0.0);
+    let t470 = command - t469;
+    let t476 = -t470;
+    return Leap(t466, t469, select(min(((t449 * t449) + ((t216 * t216) * stride.softness)) - (plant.saturation * plant.saturation), max(max(t470, t476) - plant.saturation, max(stride.turns, -(t216 * (t466 - t469))))), plant.saturation - select(t476, t470, t448 > 0.0), t464 > 0.0));
+}
+
+fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, left: f32) -> Leap {
+    let t448 = command - state.spool;
+    let t492 = select(left, stride.part, (left - (stride.part * 1.0001f)) > 0.0);
+    let t493 = t492 * plant.rate;
+    let t494 = t492 * plant.gain;
+    let t495 = (state.integrator - state.spool) * t493;
+    let t496 = 0.0f - t495;
+    let t498 = t448 + (0.001f * t496);
+    let t501 = max(t498, -t498) - plant.saturation;
+    let t502 = select(t494, 0.0f, t501 > 0.0);
+    let t503 = t494 * plant.saturation;
+    let t507 = select(t494 * t448, select(-t503, t503, t498 > 0.0), t501 > 0.0);
+    let t510 = (t507 - t495) * (t493 * 0.5f);
+    let t512 = t496 * (t502 * 0.5f);
+    let t516 = (t512 - t510) * (t493 * 0.33333334f);
+    let t518 = (-t510) * (t502 * 0.33333334f);
+    let t522 = (t518 - t516) * (t493 * 0.25f);
+    let t524 = (-t516) * (t502 * 0.25f);
+    let t528 = (t524 - t522) * (t493 * 0.2f);
+    let t530 = (-t522) * (t502 * 0.2f);
+    let t534 = (t530 - t528) * (t493 * 0.16666667f);
+    let t536 = (-t528) * (t502 * 0.16666667f);
+    let t540 = (t536 - t534) * (t493 * 0.14285715f);
+    let t542 = (-t534) * (t502 * 0.14285715f);
+    let t546 = (t542 - t540) * (t493 * 0.125f);
+    let t548 = (-t540) * (t502 * 0.125f);
+    let t550 = 1.0f * 1.0f;
+    let t551 = t550 * t550;
+    let t567 = ((state.integrator + (t507 * 1.0f)) + ((t512 + (t518 * 1.0f)) * t550)) + ((((t524 + (t530 * 1.0f)) + ((t536 + (t542 * 1.0f)) * t550)) + (t548 * t551)) * t551);
+    let t583 = ((state.spool + (t495 * 1.0f)) + ((t510 + (t516 * 1.0f)) * t550)) + ((((t522 + (t528 * 1.0f)) + ((t534 + (t540 * 1.0f)) * t550)) + (t546 * t551)) * t551);
+    let t586 = 0.0f - ((t567 - t583) * t493);
+    let t591 = select(1.0f, t496 / (t496 - t586), (-(t496 * t586)) > 0.0);
+    let t594 = t591 * t591;
+    let t595 = t594 * t594;
+    let t612 = (command + (0.0f * t591)) - (((state.spool + (t495 * t591)) + ((t510 + (t516 * t591)) * t594)) + ((((t522 + (t528 * t591)) + ((t534 + (t540 * t591)) * t594)) + (t546 * t595)) * t595));
+    let t615 = -t612;
+    let t620 = select(plant.saturation - max(t612, t615), select(t615, t612, t498 > 0.0) - plant.saturation, t501 > 0.0);
+    let t621 = select(t591, 1.0f, t620 > 0.0);
+    let t622 = select(t612, (command + 0.0f) - t583, t620 > 0.0);
+    let t623 = select(t622, t498, t501 > 0.0);
+    let t626 = plant.saturation - select(-t622, t622, t623 > 0.0);
+    let t628 = select(t626, -t626, t501 > 0.0);
+    let t629 = left - t492;
+    let t630 = -t628;
+    let t632 = plant.saturation - select(-t448, t448, t623 > 0.0);
+    let t635 = max(select(t632, -t632, t501 > 0.0), 0.0f);
+    let t638 = t621 * (t635 / (t635 - t628));
+    let t639 = t638 * t638;
+    let t640 = t639 * t639;
+    let t672 = ((state.spool + (t495 * t638)) + ((t510 + (t516 * t638)) * t639)) + ((((t522 + (t528 * t638)) + ((t534 + (t540 * t638)) * t639)) + (t546 * t640)) * t640);
+    let t675 = (command + (0.0f * t638)) - t672;
+    let t678 = plant.saturation - select(-t675, t675, t623 > 0.0);
+    let t680 = select(t678, -t678, t501 > 0.0);
+    let t683 = 0.0f - (((((state.integrator + (t507 * t638)) + ((t512 + (t518 * t638)) * t639)) + ((((t524 + (t530 * t638)) + ((t536 + (t542 * t638)) * t639)) + (t548 * t640)) * t640)) - t672) * t493);
+    let t685 = select(-t683, t683, t623 > 0.0);
+    let t687 = select(-t685, t685, t501 > 0.0);
+    let t688 = select(0.0f, t638, t680 > 0.0);
+    let t689 = select(t638, t621, t680 > 0.0);
+    let t695 = t638 - ((t680 * t687) / ((t687 * t687) + 1e-30f));
+    let t701 = select(t695, (t688 + t689) * 0.5f, max(t688 - t695, t695 - t689) > 0.0);
+    let t702 = t701 * t701;
+    let t703 = t702 * t702;
+    let t735 = ((state.spool + (t495 * t701)) + ((t510 + (t516 * t701)) * t702)) + ((((t522 + (t528 * t701)) + ((t534 + (t540 * t701)) * t702)) + (t546 * t703)) * t703);
+    let t738 = (command + (0.0f * t701)) - t735;
+    let t741 = plant.saturation - select(-t738, t738, t623 > 0.0);
+    let t743 = select(t741, -t741, t501 > 0.0);
+    let t746 = 0.0f - (((((state.integrator + (t507 * t701)) + ((t512 + (t518 * t701)) * t702)) + ((((t524 + (t530 * t701)) + ((t536 + (t542 * t701)) * t702)) + (t548 * t703)) * t703)) - t735) * t493);
+    let t748 = select(-t746, t746, t623 > 0.0);
+    let t750 = select(-t748, t748, t501 > 0.0);
+    let t751 = select(t688, t701, t743 > 0.0);
+    let t752 = select(t701, t689, t743 > 0.0);
+    let t757 = t701 - ((t743 * t750) / ((t750 * t750) + 1e-30f));
+    let t763 = select(t757, (t751 + t752) * 0.5f, max(t751 - t757, t757 - t752) > 0.0);
+    let t764 = t763 * t763;
+    let t765 = t764 * t764;
+    let t797 = ((state.spool + (t495 * t763)) + ((t510 + (t516 * t763)) * t764)) + ((((t522 + (t528 * t763)) + ((t534 + (t540 * t763)) * t764)) + (t546 * t765)) * t765);
+    let t800 = (command + (0.0f * t763)) - t797;
+    let t803 = plant.saturation - select(-t800, t800, t623 > 0.0);
+    let t805 = select(t803, -t803, t501 > 0.0);
+    let t808 = 0.0f - (((((state.integrator + (t507 * t763)) + ((t512 + (t518 * t763)) * t764)) + ((((t524 + (t530 * t763)) + ((t536 + (t542 * t763)) * t764)) + (t548 * t765)) * t765)) - t797) * t493);
+    let t810 = select(-t808, t808, t623 > 0.0);
+    let t812 = select(-t810, t810, t501 > 0.0);
+    let t813 = select(t751, t763, t805 > 0.0);
+    let t814 = select(t763, t752, t805 > 0.0);
+    let t819 = t763 - ((t805 * t812) / ((t812 * t812) + 1e-30f));
+    let t826 = max(select(t819, (t813 + t814) * 0.5f, max(t813 - t819, t819 - t814) > 0.0), 0.0001f);
+    let t827 = t826 * t826;
+    let t828 = t827 * t827;
+    return Leap(select(t567, ((state.integrator + (t507 * t826)) + ((t512 + (t518 * t826)) * t827)) + ((((t524 + (t530 * t826)) + ((t536 + (t542 * t826)) * t827)) + (t548 * t828)) * t828), t630 > 0.0), select(t583, ((state.spool + (t495 * t826)) + ((t510 + (t516 * t826)) * t827)) + ((((t522 + (t528 * t826)) + ((t534 + (t540 * t826)) * t827)) + (t546 * t828)) * t828), t630 > 0.0), select(t629, t629 + (t492 * (1.0f - t826)), t630 > 0.0));
 }

@@ -5,6 +5,7 @@ mod base;
 mod choose;
 mod cpu;
 pub mod gpu;
+mod leaps;
 mod population;
 pub mod problem;
 pub mod reference;

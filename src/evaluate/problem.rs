@@ -1,6 +1,8 @@
 //! What a population is evaluated on: a structure, its parameters, and the data it is compared with.
 
+use super::arrival::JITTER;
 use crate::model::integrate::substeps;
+use crate::model::leap::STEPS_OF_A_LEAP;
 use crate::model::{Hold, Output, Parameter, Structure};
 use std::sync::Arc;
 
@@ -21,6 +23,24 @@ pub struct Sample {
     pub weight: f64,
 }
 
+impl Sample {
+    /// Length (s) and number of the parts into which a structure that leaps, or one that does not, cuts the interval to
+    /// the next row.
+    #[inline(always)]
+    pub fn parts(&self, leaps: bool) -> (f64, u32) {
+        match leaps {
+            false => (self.step, self.substeps),
+            true => {
+                let count = self.substeps.div_ceil(STEPS_OF_A_LEAP).max(1);
+                (
+                    self.step * f64::from(self.substeps) / f64::from(count),
+                    count,
+                )
+            }
+        }
+    }
+}
+
 /// A record in time, ready for integration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
@@ -39,8 +59,13 @@ impl Series {
         for k in 1..self.samples.len() {
             let seconds = self.time[k] - self.time[k - 1];
             let count = substeps(seconds, rate) * refine;
+            let mut step = seconds / f64::from(count);
+            // Rounding of the time stamps does not make another step.
+            if k > 1 && (step / self.samples[k - 2].step - 1.0).abs() < JITTER {
+                step = self.samples[k - 2].step;
+            }
             self.samples[k - 1].substeps = count;
-            self.samples[k - 1].step = seconds / f64::from(count);
+            self.samples[k - 1].step = step;
         }
         self.set_pieces();
     }
@@ -202,13 +227,19 @@ impl Problem {
         self.structure.hold == Hold::Interpolated
     }
 
-    /// Integration steps that one candidate takes on all the data.
+    /// Whether the spool moves in exact leaps: see [`Structure::leaps`]. A sine is followed in integration steps.
+    pub fn leaps(&self) -> bool {
+        self.structure.leaps() && matches!(*self.data, Data::Series(_))
+    }
+
+    /// Integration steps, or leaps, that one candidate takes on all the data.
     pub fn steps(&self) -> u64 {
+        let leaps = self.leaps();
         match &*self.data {
             Data::Series(all) => all
                 .iter()
                 .flat_map(|s| &s.samples)
-                .map(|s| u64::from(s.substeps))
+                .map(|s| u64::from(s.parts(leaps).1))
                 .sum(),
             Data::Tones(tones) => tones
                 .iter()

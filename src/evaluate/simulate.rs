@@ -2,6 +2,7 @@
 //! GPU are the loops of `shaders/evaluate.wgsl`; what is summed where is the same in both.
 
 use super::arrival::Arrival;
+use super::leaps::{travel, travel_late};
 use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::model::integrate::advance;
 use crate::model::{Hold, Input, Output, Plant, Real, Structure, Valued};
@@ -40,6 +41,9 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
     let mut input = Input::constant(samples[0].input);
     let mut state: [R; N] = plant.initial::<N, EFFECTS>(&input, R::constant(samples[0].target[2]));
     let delay = if EFFECTS { plant.delay() } else { None };
+    // Without effects two states are an actuator's alone: what follows is known when this is compiled.
+    let leaps = if EFFECTS { structure.leaps() } else { N == 2 };
+    let mut stride = None;
     for (k, sample) in samples.iter().enumerate() {
         let arrival = delay.map(|delay| Arrival::new(series, k, delay));
         if EFFECTS {
@@ -60,10 +64,27 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
             Some(arrival) => {
                 R::outlined(
                     #[inline(always)]
-                    || {
-                        interval(structure, plant, &mut state, input, [sample, next], arrival);
+                    || match leaps {
+                        true => travel_late(plant, &mut state, input.command, sample, arrival),
+                        false => {
+                            interval(structure, plant, &mut state, input, [sample, next], arrival);
+                        }
                     },
                 );
+            }
+            None if leaps => {
+                let (length, _) = sample.parts(true);
+                let stride = match stride {
+                    Some((known, stride)) if known == length => stride,
+                    _ => {
+                        let new = plant.actuator().stride(R::constant(length));
+                        stride = Some((length, new));
+                        new
+                    }
+                };
+                let change =
+                    (structure.hold == Hold::Interpolated).then(|| next.input[0] - sample.input[0]);
+                travel(plant, &stride, &mut state, input.command, change, sample);
             }
             None => {
                 let step = R::constant(sample.step);

@@ -4,21 +4,34 @@ use super::STATE_LIMIT;
 use super::problem::{Problem, SAMPLES_PER_PERIOD};
 use super::simulate::{CHUNK, SLICE, with_states};
 use crate::model::integrate::advance;
+use crate::model::leap::{MOST_PARTS, Place, Stride};
 use crate::model::real::{Function, Trace, Wgsl};
 use crate::model::{Input, Plant, Real, Structure};
 use std::fmt::Write;
 
-/// The loops, bindings and sums: everything that is the same for all structures.
+/// The loops over rows and tones, bindings and sums: everything that is the same for all structures.
 pub const LOOPS: &str = include_str!("../../shaders/evaluate.wgsl");
+/// From row to row in integration steps.
+const STEPS: &str = include_str!("../../shaders/steps.wgsl");
+/// From row to row in exact leaps.
+const LEAPS: &str = include_str!("../../shaders/leaps.wgsl");
 
 /// The shader that evaluates `problem`'s structure.
 pub fn compose(problem: &Problem) -> String {
-    format!("{}\n{}\n{LOOPS}", settings(problem), physics(problem))
+    let travel = match problem.leaps() {
+        true => LEAPS,
+        false => STEPS,
+    };
+    format!(
+        "{}\n{}\n{LOOPS}\n{travel}",
+        settings(problem),
+        physics(problem)
+    )
 }
 
 fn settings(problem: &Problem) -> String {
     format!(
-        "const INTERPOLATED: bool = {};\nconst DELAYED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
+        "const INTERPOLATED: bool = {};\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\nconst DELAYED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
          const SLICE: u32 = {SLICE}u;\nconst SAMPLES_PER_PERIOD: u32 = {SAMPLES_PER_PERIOD}u;\n\
          const STATE_LIMIT: f32 = {STATE_LIMIT:?}f;\n",
         problem.interpolates(),
@@ -133,8 +146,65 @@ fn physics_with<const N: usize, const EFFECTS: bool>(problem: &Problem) -> Strin
             results: &results,
         });
     }
+    let mut structs = String::new();
+    if problem.leaps() {
+        let (text, leaps) = leaps(&mut trace, &plant, problem.interpolates());
+        structs = text;
+        functions += &leaps;
+    }
     let prepare = trace.plant("prepare(candidate: u32, population: u32) -> Plant");
-    format!("{}\n{prepare}{functions}", state_text(&names))
+    format!("{}\n{structs}{prepare}{functions}", state_text(&names))
+}
+
+/// The structs `Stride` and `Leap`, and the functions `stride_of`, `leap` and `turn`.
+fn leaps(trace: &mut Trace, plant: &Plant<Wgsl>, interpolated: bool) -> (String, String) {
+    let fields = Stride::<Wgsl>::NAMES.map(|name| format!("    {name}: f32,\n"));
+    let structs = format!(
+        "struct Stride {{\n{}}}\n\n// Integrator and spool, and above zero: what is left to do.\n\
+         struct Leap {{\n    integrator: f32,\n    spool: f32,\n    more: f32,\n}}\n\n",
+        fields.concat()
+    );
+    let [length, command, left, ramp] =
+        ["length", "command", "left", "ramp"].map(|name| trace.read(name));
+    let stride = Stride::from_numbers(
+        Stride::<Wgsl>::NAMES.map(|name| trace.read(format!("stride.{name}"))),
+    );
+    let from = Place {
+        integrator: trace.read("state.integrator"),
+        spool: trace.read("state.spool"),
+    };
+    let ramp = interpolated.then_some(ramp);
+    let actuator = plant.actuator();
+    let numbers = actuator.stride(length).numbers();
+    let mut text = String::new();
+    let results = |(place, more): (Place<Wgsl>, Wgsl)| [place.integrator, place.spool, more];
+    let leap = results(actuator.leap(&stride, from, command, ramp));
+    let turn = results(actuator.turn(&stride, from, command, ramp, left));
+    for (signature, constructor, results) in [
+        (
+            "stride_of(plant: Plant, length: f32) -> Stride",
+            "Stride",
+            &numbers[..],
+        ),
+        (
+            "leap(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> Leap",
+            "Leap",
+            &leap,
+        ),
+        (
+            "turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, left: f32) -> Leap",
+            "Leap",
+            &turn,
+        ),
+    ] {
+        text += "\n";
+        text += &trace.function(&Function {
+            signature,
+            constructor,
+            results,
+        });
+    }
+    (structs, text)
 }
 
 /// The struct `State` and the functions that know its fields.

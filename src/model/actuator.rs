@@ -42,6 +42,18 @@ impl<R: Real> Actuator<R> {
         self.time_constant
     }
 
+    /// 1/T, 1/s.
+    #[inline(always)]
+    pub fn rate(&self) -> R {
+        self.rate
+    }
+
+    /// Saturation S of the error, in the unit of the command.
+    #[inline(always)]
+    pub fn saturation(&self) -> R {
+        self.saturation
+    }
+
     /// `(ż, ẋ)` for the integrator `z`, the spool `x` and the command `u`.
     #[inline(always)]
     pub fn derivative(&self, z: R, x: R, u: R) -> (R, R) {

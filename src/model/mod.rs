@@ -4,6 +4,7 @@ pub mod actuator;
 pub mod effects;
 mod free_form;
 pub mod integrate;
+pub mod leap;
 pub mod orifice;
 mod parameter;
 pub mod real;

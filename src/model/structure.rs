@@ -197,6 +197,24 @@ impl Structure {
             .any(|effect| effect.entry.name == "delay")
     }
 
+    /// Whether the spool can be moved in exact leaps (see [`leap`](super::leap)): nothing else moves, and nothing acts on
+    /// how it moves but a command that is constant or goes straight.
+    pub fn leaps(&self) -> bool {
+        let still = |effect: &Effect| match effect.entry.port {
+            Port::Command => self.hold == Hold::Held,
+            Port::Actuator => false,
+            _ => effect.entry.states.is_empty(),
+        };
+        let correction = |form: &FreeForm| match form.port {
+            Port::Command => self.hold == Hold::Held,
+            port => port != Port::Actuator,
+        };
+        self.drive == Drive::Actuator
+            && !self.integrates_position()
+            && self.effects.iter().all(still)
+            && self.free_form.as_ref().is_none_or(correction)
+    }
+
     /// The names of the states, in their order.
     pub fn states(&self) -> Vec<String> {
         let mut names: Vec<String> = self.base_states().into_iter().map(String::from).collect();
@@ -338,7 +356,19 @@ impl<R: Real> Input<R> {
     /// time.
     #[inline(always)]
     pub fn constant(values: [f64; 7]) -> Self {
-        Self::new(values.map(R::constant))
+        // Not `map`, which is not always inlined, and only what is inlined is compiled for wide vectors.
+        let [command, supply, tank, a, b, temperature, time] = values;
+        Self {
+            command: R::constant(command),
+            pressures: Pressures {
+                supply: R::constant(supply),
+                tank: R::constant(tank),
+                a: R::constant(a),
+                b: R::constant(b),
+            },
+            temperature: R::constant(temperature),
+            time: R::constant(time),
+        }
     }
 
     /// The input with these values, in the same order.
@@ -463,6 +493,17 @@ impl<R: Real> Plant<R> {
             effects,
             correction,
         }
+    }
+
+    /// What moves the spool.
+    ///
+    /// # Panics
+    /// If the spool follows the command at once.
+    #[inline(always)]
+    pub fn actuator(&self) -> &Actuator<R> {
+        self.actuator
+            .as_ref()
+            .expect("a structure with an actuator")
     }
 
     /// How long the command takes to arrive, s, where an effect delays it.

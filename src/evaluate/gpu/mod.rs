@@ -342,7 +342,7 @@ impl GpuEvaluator {
             .collect();
         constants.resize(constants.len().max(1), 0.0);
         let data = match &*problem.data {
-            Data::Series(all) => self.upload_series(all)?,
+            Data::Series(all) => self.upload_series(all, problem.leaps())?,
             Data::Tones(tones) => self.upload_tones(tones),
         };
         let constants = self.storage("constants", bytemuck::cast_slice(&constants));
@@ -355,7 +355,7 @@ impl GpuEvaluator {
         Ok(())
     }
 
-    fn upload_series(&self, all: &[Series]) -> Result<Buffers> {
+    fn upload_series(&self, all: &[Series], leaps: bool) -> Result<Buffers> {
         let mut samples = Vec::new();
         let mut series = Vec::new();
         for one in all {
@@ -363,14 +363,17 @@ impl GpuEvaluator {
                 first: samples.len() as u32,
                 count: one.samples.len() as u32,
             });
-            samples.extend(one.samples.iter().map(|sample| layout::Sample {
-                step: sample.step as f32,
-                substeps: sample.substeps,
-                pieces: sample.pieces,
-                weight: sample.weight as f32,
-                input: sample.input.map(|value| value as f32),
-                time_rest: (sample.input[6] - f64::from(sample.input[6] as f32)) as f32,
-                target: sample.target.map(|value| value as f32),
+            samples.extend(one.samples.iter().map(|sample| {
+                let (step, substeps) = sample.parts(leaps);
+                layout::Sample {
+                    step: step as f32,
+                    substeps,
+                    pieces: sample.pieces,
+                    weight: sample.weight as f32,
+                    input: sample.input.map(|value| value as f32),
+                    time_rest: (sample.input[6] - f64::from(sample.input[6] as f32)) as f32,
+                    target: sample.target.map(|value| value as f32),
+                }
             }));
         }
         let bytes = size_of_val(samples.as_slice()) as u64;

@@ -125,11 +125,23 @@ impl<const D: usize> Real for Dual<D> {
     fn if_positive(self, yes: Self, no: Self) -> Self {
         if self.value > 0.0 { yes } else { no }
     }
+    #[inline(always)]
+    fn if_any_positive<const N: usize>(
+        self,
+        yes: impl FnOnce() -> [Self; N],
+        no: [Self; N],
+    ) -> [Self; N] {
+        if self.value > 0.0 { yes() } else { no }
+    }
 }
 
 impl<const D: usize> Valued for Dual<D> {
     #[inline(always)]
     fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
         Self::constant(f(self.value))
+    }
+    #[inline(always)]
+    fn any_positive(self) -> bool {
+        self.value > 0.0
     }
 }

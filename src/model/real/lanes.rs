@@ -34,6 +34,8 @@ pub trait Element: Real + Pod + Into<f64> {
         yes: Self::Vector<S>,
         no: Self::Vector<S>,
     ) -> Self::Vector<S>;
+    /// Whether `a` is above zero in any lane.
+    fn any_positive<S: Simd>(simd: S, a: Self::Vector<S>) -> bool;
 }
 
 macro_rules! element {
@@ -56,6 +58,12 @@ macro_rules! element {
                 no: S::$vector,
             ) -> S::$vector {
                 simd.$select(simd.$greater(a, simd.$splat(0.0)), yes, no)
+            }
+            #[inline(always)]
+            fn any_positive<S: Simd>(simd: S, a: S::$vector) -> bool {
+                let mask = simd.$greater(a, simd.$splat(0.0));
+                let bytes = bytemuck::bytes_of(&mask);
+                bytes != &[0u8; 64][..bytes.len()]
             }
         }
     };
@@ -181,6 +189,22 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
         }
         result
     }
+    #[inline(always)]
+    fn if_any_positive<const N: usize>(
+        self,
+        yes: impl FnOnce() -> [Self; N],
+        no: [Self; N],
+    ) -> [Self; N] {
+        if !self.any_positive() {
+            return no;
+        }
+        let yes = yes();
+        let mut result = no;
+        for i in 0..N {
+            result[i] = self.if_positive(yes[i], no[i]);
+        }
+        result
+    }
 }
 
 impl<E: Element, S: Simd, const K: usize> Valued for Lanes<E, S, K> {
@@ -191,5 +215,13 @@ impl<E: Element, S: Simd, const K: usize> Valued for Lanes<E, S, K> {
             *lane = E::constant(f((*lane).into()));
         }
         result
+    }
+    #[inline(always)]
+    fn any_positive(self) -> bool {
+        let mut any = false;
+        for vector in self.0 {
+            any |= E::any_positive(token::<S>(), vector);
+        }
+        any
     }
 }

@@ -36,6 +36,20 @@ pub trait Real:
     fn floor(self) -> Self;
     /// `yes` where the number is above zero, otherwise `no`.
     fn if_positive(self, yes: Self, no: Self) -> Self;
+    /// `yes` where the number is above zero, otherwise `no`; `yes` is not computed where no lane takes it.
+    #[inline(always)]
+    fn if_any_positive<const N: usize>(
+        self,
+        yes: impl FnOnce() -> [Self; N],
+        no: [Self; N],
+    ) -> [Self; N] {
+        let yes = yes();
+        let mut result = no;
+        for i in 0..N {
+            result[i] = self.if_positive(yes[i], no[i]);
+        }
+        result
+    }
     /// A name for people who read the traced shader; the value is unchanged.
     #[inline(always)]
     fn named(self, _name: &str) -> Self {
@@ -89,6 +103,8 @@ pub trait Real:
 pub trait Valued: Real {
     /// What `f` makes of the value, or of every lane's value, without sensitivities.
     fn look_up(self, f: impl FnMut(f64) -> f64) -> Self;
+    /// Whether the value is above zero, or that of any lane.
+    fn any_positive(self) -> bool;
 }
 
 macro_rules! primitive {
@@ -119,12 +135,24 @@ macro_rules! primitive {
             fn if_positive(self, yes: Self, no: Self) -> Self {
                 if self > 0.0 { yes } else { no }
             }
+            #[inline(always)]
+            fn if_any_positive<const N: usize>(
+                self,
+                yes: impl FnOnce() -> [Self; N],
+                no: [Self; N],
+            ) -> [Self; N] {
+                if self > 0.0 { yes() } else { no }
+            }
         }
 
         impl Valued for $float {
             #[inline(always)]
             fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
                 f(self.into()) as $float
+            }
+            #[inline(always)]
+            fn any_positive(self) -> bool {
+                self > 0.0
             }
         }
     };

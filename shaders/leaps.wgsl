@@ -1,0 +1,64 @@
+// From row to row in exact leaps of the spool. The twin of src/evaluate/leaps.rs.
+
+// One leap, in which the command begins at `command` and changes by `ramp` a second.
+fn one_leap(plant: Plant, stride: Stride, before: State, command: f32, ramp: f32) -> State {
+    var state = before;
+    let whole = leap(plant, stride, before, command, ramp);
+    if (!(whole.more > 0.0)) {
+        state.integrator = whole.integrator;
+        state.spool = whole.spool;
+        return state;
+    }
+    var left = stride.length;
+    for (var i = 0u; i < MOST_PARTS && left > 0.0; i++) {
+        let part = turn(plant, stride, state, command + ramp * (stride.length - left), ramp, left);
+        state.integrator = part.integrator;
+        state.spool = part.spool;
+        left = part.more;
+    }
+    return state;
+}
+
+// The stride of the last interval: records have few lengths of rows.
+var<private> known: Stride;
+
+// Moves the spool from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
+fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
+    let sample = samples[record.first + k];
+    var state = before;
+    if (DELAYED) {
+        var acts = input.command;
+        var late = command_of(record, acting);
+        var begin = 0.0;
+        for (var piece = 0u; piece < sample.pieces; piece++) {
+            let row = acting + i32(piece);
+            var end = sample.step;
+            if (piece + 1u < sample.pieces) {
+                end = sample.step - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / f32(sample.substeps));
+            }
+            if (piece > 0u) {
+                late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
+                acts = command(plant, state, late);
+                state = remember(plant, state, late);
+            }
+            let stride = stride_of(plant, end - begin);
+            for (var j = 0u; j < sample.substeps; j++) {
+                state = one_leap(plant, stride, state, acts, 0.0);
+            }
+            begin = end;
+        }
+        return state;
+    }
+    if (known.length != sample.step) {
+        known = stride_of(plant, sample.step);
+    }
+    var ramp = 0.0;
+    if (INTERPOLATED) {
+        let next = samples[record.first + k + 1u].input.command;
+        ramp = (next - sample.input.command) / (sample.step * f32(sample.substeps));
+    }
+    for (var j = 0u; j < sample.substeps; j++) {
+        state = one_leap(plant, known, state, input.command + ramp * (sample.step * f32(j)), ramp);
+    }
+    return state;
+}

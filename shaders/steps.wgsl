@@ -1,0 +1,87 @@
+// From row to row in integration steps.
+
+fn between(start: Input, end: Input, share: f32) -> Input {
+    return Input(
+        start.command + share * (end.command - start.command),
+        start.supply + share * (end.supply - start.supply),
+        start.tank + share * (end.tank - start.tank),
+        start.a + share * (end.a - start.a),
+        start.b + share * (end.b - start.b),
+        start.temperature + share * (end.temperature - start.temperature),
+        start.time + share * (end.time - start.time),
+    );
+}
+
+// Integrates from row `k` to the next while commands arrive late; row `first`'s is the one that acts at row `k`.
+fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, first: i32) -> State {
+    let sample = samples[record.first + k];
+    let next = samples[record.first + k + 1u];
+    let substeps = f32(sample.substeps);
+    let seconds = (next.input.time - sample.input.time) + (next.time_rest - sample.time_rest);
+    var state = before;
+    var input = now;
+    var begin = 0.0;
+    var late = command_of(record, first);
+    if (INTERPOLATED) {
+        late = command_after(plant, record, first, k, 0.0);
+    }
+    for (var piece = 0u; piece < sample.pieces; piece++) {
+        let row = first + i32(piece);
+        var end = sample.step;
+        if (piece + 1u < sample.pieces) {
+            end = sample.step - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / substeps);
+        }
+        let step = end - begin;
+        let reached = sample.step - begin > 0.0;
+        if (!INTERPOLATED && piece > 0u) {
+            late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
+            input.command = command(plant, state, late);
+            state = remember(plant, state, late);
+        }
+        for (var j = 0u; j < sample.substeps; j++) {
+            var inputs = array<Input, 3>(input, input, input);
+            if (INTERPOLATED) {
+                for (var half = 0u; half < 3u; half++) {
+                    let after = begin * substeps + (f32(j) + 0.5 * f32(half)) * step;
+                    var one = between(sample.input, next.input, after * (1.0 / seconds));
+                    late = select(late, command_after(plant, record, row, k, after), reached);
+                    one.command = command(plant, state, late);
+                    state = remember(plant, state, late);
+                    inputs[half] = one;
+                }
+            }
+            state = advance(plant, state, inputs[0], inputs[1], inputs[2], step);
+        }
+        begin = end;
+    }
+    return state;
+}
+
+// Integrates from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
+fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
+    if (DELAYED) {
+        return interval(plant, record, before, input, k, acting);
+    }
+    let sample = samples[record.first + k];
+    var state = before;
+    if (INTERPOLATED) {
+        let next = samples[record.first + k + 1u].input;
+        let half_step = 0.5 / f32(sample.substeps);
+        for (var j = 0u; j < sample.substeps; j++) {
+            var inputs: array<Input, 3>;
+            for (var half = 0u; half < 3u; half++) {
+                var one = between(sample.input, next, f32(2u * j + half) * half_step);
+                let arrived = one.command;
+                one.command = command(plant, state, arrived);
+                state = remember(plant, state, arrived);
+                inputs[half] = one;
+            }
+            state = advance(plant, state, inputs[0], inputs[1], inputs[2], sample.step);
+        }
+    } else {
+        for (var j = 0u; j < sample.substeps; j++) {
+            state = advance(plant, state, input, input, input, sample.step);
+        }
+    }
+    return state;
+}

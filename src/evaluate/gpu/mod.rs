@@ -9,7 +9,7 @@ pub use pipeline::Checks;
 
 use super::problem::{Data, Problem, SAMPLES_PER_PERIOD, Series, Tone, Wave};
 use super::simulate::SLICE;
-use super::{Cost, Evaluator, Population, wgsl};
+use super::{Cost, Evaluator, Job, Population, wgsl};
 use crate::{Error, Result};
 use pipeline::Pipeline;
 use std::collections::HashMap;
@@ -464,7 +464,9 @@ impl Evaluator for GpuEvaluator {
         describe(&self.info)
     }
 
-    fn costs(&mut self, problem: &Problem, population: &Population) -> Result<Vec<Cost>> {
-        self.costs_with(&wgsl::compose(problem), problem, population)
+    fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
+        jobs.iter()
+            .map(|job| self.costs_with(&wgsl::compose(job.problem), job.problem, job.population))
+            .collect()
     }
 }

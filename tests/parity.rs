@@ -762,7 +762,7 @@ fn a_population_cut_to_fit_small_buffers_has_the_same_costs() {
     let problem = many_records();
     let population = random(&problem, 500, 5);
     let whole = on_gpu(&mut gpu, &problem, &population);
-    // 500 candidates with 61 records and two slices need 976 000 bytes of results.
+    // 500 candidates with 61 records, one of them of two slices, need 496 000 bytes of results.
     gpu.limit_buffers(490_000);
     let parts = on_gpu(&mut gpu, &problem, &population);
     assert_eq!(whole, parts);

@@ -11,9 +11,21 @@ use std::fmt::Write;
 /// The loops, bindings and sums: everything that is the same for all structures.
 pub const LOOPS: &str = include_str!("../../shaders/evaluate.wgsl");
 
+/// Invocations in a workgroup, unless something else is asked for.
+pub const WORKGROUP: u32 = 64;
+
 /// The shader that evaluates `problem`'s structure.
 pub fn compose(problem: &Problem) -> String {
-    format!("{}\n{}\n{LOOPS}", settings(problem), physics(problem))
+    compose_for(problem, WORKGROUP)
+}
+
+/// The shader that evaluates `problem`'s structure, with `workgroup` invocations in a workgroup.
+pub fn compose_for(problem: &Problem, workgroup: u32) -> String {
+    format!(
+        "const WORKGROUP: u32 = {workgroup}u;\n{}\n{}\n{LOOPS}",
+        settings(problem),
+        physics(problem)
+    )
 }
 
 fn settings(problem: &Problem) -> String {

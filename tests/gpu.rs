@@ -184,6 +184,38 @@ fn a_late_command_needs_all_rows_in_one_buffer_and_says_so() {
 }
 
 #[test]
+fn data_stay_on_the_device() {
+    let Some(mut gpu) = gpu() else { return };
+    let problems = ["actuator, held", "table valve", "tones, paper"].map(|name| case(name).problem);
+    let shared = Problem {
+        scale: [3.0; 3],
+        ..problems[0].clone()
+    };
+    let populations = [&problems[0], &problems[1], &problems[2], &shared].map(|p| random(p, 9, 7));
+    let all = [&problems[0], &problems[1], &problems[2], &shared];
+    let jobs: Vec<Job> = all
+        .into_iter()
+        .zip(&populations)
+        .map(|(problem, population)| Job {
+            problem,
+            population,
+        })
+        .collect();
+    gpu.costs_of(&jobs).expect("costs");
+    let first = gpu.timings().uploaded;
+    assert!(first > 0);
+    for job in &jobs {
+        gpu.costs(job.problem, job.population).expect("costs");
+        assert_eq!(gpu.timings().uploaded, 0);
+    }
+    // What a device has had is lost with it.
+    gpu.lose_device(0, 1);
+    gpu.costs(jobs[0].problem, jobs[0].population)
+        .expect("costs");
+    assert!((1..first).contains(&gpu.timings().uploaded));
+}
+
+#[test]
 fn a_lost_device_is_replaced_and_changes_no_cost() {
     let Some(mut gpu) = gpu() else { return };
     let problem = case("records of many lengths").problem;

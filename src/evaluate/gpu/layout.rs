@@ -44,7 +44,7 @@ pub struct Sample {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Series {
-    /// Where its first row is in the buffer of samples, or would be: modulo 2^32, where the buffer holds a window of rows.
+    /// Where its first row is in the buffer of samples; modulo 2^32, where it would be before a window of later rows.
     pub first: u32,
     /// How many rows it has.
     pub count: u32,

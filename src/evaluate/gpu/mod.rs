@@ -27,7 +27,7 @@ const BUDGET: f64 = 0.05;
 /// The shortest time that a submission is cut to after devices were lost, s.
 const LEAST: f64 = 0.003;
 /// How many devices may be lost in one call.
-const PATIENCE: u32 = 4;
+const RETRIES: u32 = 4;
 
 /// Evaluates populations on a GPU.
 pub struct GpuEvaluator {
@@ -46,6 +46,8 @@ pub struct Timings {
     pub compile: f64,
     /// Bringing data and candidates to the device, as far as the host does it.
     pub upload: f64,
+    /// Bytes of records and tones that were not on the device.
+    pub uploaded: u64,
     /// The submissions that integrate.
     pub kernel: f64,
     /// Whether the device's own clock timed these; otherwise the host's did.
@@ -184,7 +186,7 @@ impl GpuEvaluator {
                 match self.station.run(&parts, self.manner, loss, timings) {
                     Ok(found) => break found,
                     Err(Fault::Final(error)) => return Err(error),
-                    Err(Fault::Lost(what)) if lost == PATIENCE => {
+                    Err(Fault::Lost(what)) if lost == RETRIES => {
                         return Err(Error::failed(
                             format!("\"{}\" was lost again and again: {what}", self.info.name),
                             "use --evaluator cpu",

@@ -22,8 +22,9 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// Longest that `steps` integration steps in `width` simulations side by side may take, s. Fewer simulations take as
-    /// long as many do where these did not fill the device; more take longer in proportion where these did.
+    /// Longest that `steps` integration steps in `width` simulations side by side may take, s. Fewer simulations take
+    /// as long as those that were measured where these did not fill the device; more take longer in proportion where
+    /// they did.
     pub(super) fn seconds(&self, steps: f64, width: f64) -> f64 {
         steps * self.per_step * (self.width / width).max(1.0)
     }

@@ -192,7 +192,7 @@ pub(super) struct Residents {
 }
 
 impl Residents {
-    /// `data` on the device: uploaded now, unless it is there already.
+    /// `data` on the device: uploaded now and its bytes added to `uploaded`, unless it is there already.
     ///
     /// # Errors
     /// If it does not fit.
@@ -201,15 +201,17 @@ impl Residents {
         context: &Context,
         data: &Arc<Data>,
         largest: u64,
+        uploaded: &mut u64,
     ) -> Result<Arc<Resident>> {
         // An address stays taken as long as a weak pointer knows it.
         let same = |(known, _): &(Weak<Data>, _)| known.as_ptr() == Arc::as_ptr(data);
         let entry = match self.known.iter().position(same) {
             Some(at) => self.known.remove(at),
-            None => (
-                Arc::downgrade(data),
-                Arc::new(Resident::new(context, data, largest)?),
-            ),
+            None => {
+                let resident = Resident::new(context, data, largest)?;
+                *uploaded += resident.bytes();
+                (Arc::downgrade(data), Arc::new(resident))
+            }
         };
         let resident = entry.1.clone();
         self.known.push(entry);

@@ -4,7 +4,7 @@ use super::context::{Attempt, Context, Fault};
 use super::pipeline::Pipeline;
 use super::pool::Pool;
 use super::ready::{Place, Ready};
-use super::resident::{Resident, Residents, items_and_slots};
+use super::resident::{Records, Resident, Residents, bytes, items_and_slots};
 use super::submitter::{Equipment, Submitter};
 use super::wave::Part;
 use super::{Checks, Loss, Timings};
@@ -160,21 +160,25 @@ impl Station {
         timings.compile += start.elapsed().as_secs_f64();
 
         let start = Instant::now();
-        let resident = self
-            .residents
-            .bring(&self.context, &problem.data, manner.largest)?;
-        if let Resident::Series(records) = &*resident
-            && records.whole.is_none()
-            && problem.structure.delays()
-        {
-            return Err(Fault::Final(Error::failed(
-                format!(
-                    "a late command looks back at rows, so the records have to fit into one buffer of {} bytes, and \
-                     do not",
-                    manner.largest
-                ),
-                "use --evaluator cpu",
-            )));
+        let resident = self.residents.bring(
+            &self.context,
+            &problem.data,
+            manner.largest,
+            &mut timings.uploaded,
+        )?;
+        if let Resident::Series(Records { whole: None, .. }) = &*resident {
+            if problem.structure.delays() {
+                return Err(Fault::Final(Error::failed(
+                    format!(
+                        "a late command looks back at rows, so the records have to fit into one buffer of {} bytes, \
+                         and do not",
+                        manner.largest
+                    ),
+                    "use --evaluator cpu",
+                )));
+            }
+            // Every part streams all of it.
+            timings.uploaded += bytes(&problem.data);
         }
         let parameters = 0..population.dimension();
         let of_all = |j: usize| part.range.clone().map(move |i| population.candidate(i)[j]);
@@ -185,7 +189,7 @@ impl Station {
 
         let [items, slots] = items_and_slots(&problem.data);
         let count = part.range.len() as u64;
-        let bytes = u64::from(slots) * count * 16;
+        let results = u64::from(slots) * count * 16;
         let states = match &*problem.data {
             Data::Series(_) => problem.structure.states().len().max(1),
             Data::Tones(_) => 1,
@@ -199,9 +203,9 @@ impl Station {
             candidates,
             constants,
             states: self.states.take(&self.context, states),
-            results: self.results.take(&self.context, bytes),
+            results: self.results.take(&self.context, results),
             begin,
-            bytes,
+            bytes: results,
         })
     }
 
@@ -219,8 +223,8 @@ impl Station {
         if values.len() == first {
             values.push(0.0);
         }
-        let bytes = |count: usize| 4 * count as u64;
-        (bytes(first), bytes(values.len() - first))
+        let bytes_of = |count: usize| 4 * count as u64;
+        (bytes_of(first), bytes_of(values.len() - first))
     }
 
     /// The compiled shader, from the cache where it is known.

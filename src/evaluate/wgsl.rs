@@ -11,7 +11,8 @@ use std::fmt::Write;
 /// The loops, bindings and sums: everything that is the same for all structures.
 pub const LOOPS: &str = include_str!("../../shaders/evaluate.wgsl");
 
-/// Invocations in a workgroup, unless something else is asked for.
+/// Invocations in a workgroup, unless something else is asked for. `servobee bench --workgroups` on lavapipe: 64 and
+/// 128 are as fast as each other, 32 and 256 up to 7 % slower. No hardware GPU has been measured yet.
 pub const WORKGROUP: u32 = 64;
 
 /// The shader that evaluates `problem`'s structure.

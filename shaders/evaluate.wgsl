@@ -29,10 +29,11 @@ struct Sample {
     position: f32,
 }
 
-// A record's rows in `samples`.
+// A record: its rows in `samples`, and its sums of slices among all records'.
 struct Series {
     first: u32,
     count: u32,
+    slot: u32,
 }
 
 // A sine whose response is measured.
@@ -45,12 +46,14 @@ struct Tone {
     measure: u32,
 }
 
-// What one dispatch works on.
+// What one dispatch works on: candidates `first` to `last` of the population, rows `begin` to `end`, ends excluded.
 struct Work {
     population: u32,
     items: u32,
-    slice: u32,
-    padding: u32,
+    first: u32,
+    last: u32,
+    begin: u32,
+    end: u32,
 }
 
 @group(0) @binding(0) var<uniform> work: Work;
@@ -94,28 +97,28 @@ fn command_after(plant: Plant, record: Series, row: i32, now: u32, after: f32) -
     return value + share * (command_of(record, row + 1) - value);
 }
 
-// Integrates one slice of a record. The result is the sum of weighted squared errors of the three outputs, and 1 in
-// the fourth component where a state has diverged.
-@compute @workgroup_size(64)
+// Integrates a slice of a record, or some chunks of it. The result is the slice's sum so far of weighted squared errors
+// of the three outputs, and 1 in the fourth component where a state has diverged.
+@compute @workgroup_size(WORKGROUP)
 fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
-    let candidate = id.x;
+    let candidate = work.first + id.x;
     let item = id.y;
-    if (candidate >= work.population) {
+    if (candidate >= work.last) {
         return;
     }
     let record = series[item];
-    let begin = work.slice * SLICE;
+    let begin = work.begin;
     if (begin >= record.count) {
         return;
     }
-    let end = min(begin + SLICE, record.count);
+    let end = min(work.end, record.count);
     let stride = work.population * work.items;
     let at = item * work.population + candidate;
     let plant = prepare(candidate, work.population);
 
     var state: State;
     var failed = false;
-    if (work.slice == 0u) {
+    if (begin == 0u) {
         let first = samples[record.first];
         state = initial(plant, first.input, first.position);
     } else {
@@ -129,7 +132,11 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
             acting--;
         }
     }
+    let place = (record.slot + begin / SLICE) * work.population + candidate;
     var sum = vec3<f32>(0.0);
+    if (begin % SLICE != 0u) {
+        sum = results[place].xyz;
+    }
     var chunk = vec3<f32>(0.0);
     for (var k = begin; k < end && !failed; k++) {
         let sample = samples[record.first + k];
@@ -159,7 +166,7 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
         failed = diverged(state);
     }
     store(at, stride, state);
-    results[work.slice * stride + at] = vec4<f32>(sum, select(0.0, 1.0, failed));
+    results[place] = vec4<f32>(sum, select(0.0, 1.0, failed));
 }
 
 fn sine(tone: Tone, half_step: u32) -> vec2<f32> {
@@ -172,11 +179,11 @@ fn tone_input(tone: Tone, half_step: u32) -> Input {
 
 // Correlates the response to a tone with the sine. The result is the in-phase and the quadrature part per unit of
 // command amplitude, and 1 in the fourth component where a state has diverged.
-@compute @workgroup_size(64)
+@compute @workgroup_size(WORKGROUP)
 fn evaluate_tones(@builtin(global_invocation_id) id: vec3<u32>) {
-    let candidate = id.x;
+    let candidate = work.first + id.x;
     let item = id.y;
-    if (candidate >= work.population) {
+    if (candidate >= work.last) {
         return;
     }
     let tone = tones[item];

@@ -25,6 +25,8 @@ var<private> known: Stride;
 // Moves the spool from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
 fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
     let sample = samples[record.first + k];
+    let leaps = max((sample.substeps + STEPS_OF_A_LEAP - 1u) / STEPS_OF_A_LEAP, 1u);
+    let length = sample.step * (f32(sample.substeps) / f32(leaps));
     var state = before;
     if (DELAYED) {
         var acts = input.command;
@@ -32,9 +34,9 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
         var begin = 0.0;
         for (var piece = 0u; piece < sample.pieces; piece++) {
             let row = acting + i32(piece);
-            var end = sample.step;
+            var end = length;
             if (piece + 1u < sample.pieces) {
-                end = sample.step - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / f32(sample.substeps));
+                end = length - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / f32(leaps));
             }
             if (piece > 0u) {
                 late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
@@ -42,23 +44,23 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
                 state = remember(plant, state, late);
             }
             let stride = stride_of(plant, end - begin);
-            for (var j = 0u; j < sample.substeps; j++) {
+            for (var j = 0u; j < leaps; j++) {
                 state = one_leap(plant, stride, state, acts, 0.0);
             }
             begin = end;
         }
         return state;
     }
-    if (known.length != sample.step) {
-        known = stride_of(plant, sample.step);
+    if (known.length != length) {
+        known = stride_of(plant, length);
     }
     var ramp = 0.0;
     if (INTERPOLATED) {
         let next = samples[record.first + k + 1u].input.command;
-        ramp = (next - sample.input.command) / (sample.step * f32(sample.substeps));
+        ramp = (next - sample.input.command) / (length * f32(leaps));
     }
-    for (var j = 0u; j < sample.substeps; j++) {
-        state = one_leap(plant, known, state, input.command + ramp * (sample.step * f32(j)), ramp);
+    for (var j = 0u; j < leaps; j++) {
+        state = one_leap(plant, known, state, input.command + ramp * (length * f32(j)), ramp);
     }
     return state;
 }

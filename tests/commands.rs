@@ -4,6 +4,7 @@ mod program;
 
 use assert_cmd::Command;
 use program::{printed, refused, servobee};
+use servobee::evaluate::gpu;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;
@@ -253,4 +254,42 @@ fn bench_measures_every_size_that_fits() {
         assert_eq!(first["population"], 64);
         assert!(first["candidate_steps_per_second"].as_f64().unwrap() > 0.0);
     }
+}
+
+#[test]
+fn bench_says_where_the_time_of_a_gpu_goes() {
+    if gpu::adapters().is_empty() {
+        println!("SKIPPED: no GPU adapter");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let call = ["bench", "--seconds", "0.2", "--samples", "100"];
+    let json = printed(&servobee(folder.path(), &[&call[..], &["--json"]].concat()));
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let evaluators = report["evaluators"].as_array().unwrap();
+    let on_gpu: Vec<_> = evaluators
+        .iter()
+        .filter(|one| one["on_gpu"] == true)
+        .collect();
+    assert_eq!(on_gpu.len(), 2 * gpu::adapters().len());
+    for pair in on_gpu.chunks(2) {
+        assert_eq!(
+            (&pair[0]["checked"], &pair[1]["checked"]),
+            (&false.into(), &true.into())
+        );
+    }
+    for one in evaluators {
+        let phases = one["phases"].as_array().unwrap();
+        assert_eq!(phases.len(), if one["on_gpu"] == true { 2 } else { 0 });
+        for phase in phases {
+            assert!(phase["kernel"].as_f64().unwrap() > 0.0);
+            assert!(phase["submissions"].as_u64().unwrap() > 0);
+        }
+    }
+    let call = [&call[..], &["--workgroups"]].concat();
+    let text = printed(&servobee(folder.path(), &call));
+    assert!(
+        text.contains("workgroup") && text.contains("\n128 "),
+        "{text}"
+    );
 }

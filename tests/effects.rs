@@ -7,7 +7,7 @@ use common::effects::{HOLDS, absent, all_on, bench, piston, plant, planted, scal
 use common::{Record, near_start, outputs, problem};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best};
 use servobee::evaluate::problem::{Data, Sample, Series};
-use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, Problem, reference};
+use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::{Drive, Hold, Output, Structure};
 use servobee::rig::{Command, FULL_SCALE, Noise, RATED_DROP, Setup, Simulation};
@@ -224,12 +224,8 @@ impl Evaluator for Borrowed<'_> {
         self.0.describe()
     }
 
-    fn costs(
-        &mut self,
-        problem: &Problem,
-        population: &servobee::evaluate::Population,
-    ) -> servobee::Result<Vec<servobee::evaluate::Cost>> {
-        self.0.costs(problem, population)
+    fn costs_of(&mut self, jobs: &[Job<'_>]) -> servobee::Result<Vec<Vec<Cost>>> {
+        self.0.costs_of(jobs)
     }
 }
 

@@ -444,7 +444,7 @@ fn a_wrong_shader_is_caught() {
         ),
         (
             "actuator, uneven",
-            "known.length != sample.step",
+            "known.length != length",
             "known.length == 0.0",
         ),
         ("actuator, held", "candidates[0u *", "candidates[1u *"),
@@ -551,7 +551,7 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
     let late = "delay, trial 2, Held, uneven";
     let between = "delay, trial 3, Interpolated, uneven";
     let faults = [
-        (late, "0.0) * (1.0 / f32(sample.substeps))", "0.0)"),
+        (late, "0.0) * (1.0 / f32(leaps))", "0.0)"),
         (
             late,
             "select(late, command_of(record, row),",
@@ -797,7 +797,7 @@ fn a_population_cut_to_fit_small_buffers_has_the_same_costs() {
     let problem = many_records();
     let population = random(&problem, 500, 5);
     let whole = on_gpu(&mut gpu, &problem, &population);
-    // 500 candidates with 61 records and two slices need 976 000 bytes of results.
+    // 500 candidates with 61 records, one of them of two slices, need 496 000 bytes of results.
     gpu.limit_buffers(490_000);
     let parts = on_gpu(&mut gpu, &problem, &population);
     assert_eq!(whole, parts);

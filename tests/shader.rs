@@ -96,13 +96,13 @@ fn host_and_shader_lay_out_memory_alike() {
     let pairs = [
         (
             "Work",
-            fields!(Work: population, items, slice, padding),
+            fields!(Work: population, items, first, last, begin, end),
             size_of::<layout::Work>(),
         ),
         ("Sample", sample, size_of::<layout::Sample>()),
         (
             "Series",
-            fields!(Series: first, count),
+            fields!(Series: first, count, slot),
             size_of::<layout::Series>(),
         ),
         ("Tone", tone, size_of::<layout::Tone>()),

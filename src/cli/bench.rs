@@ -1,7 +1,11 @@
 //! `servobee bench`.
 
+mod phases;
+mod workgroups;
+
 use super::table::table;
 use indicatif::{ProgressBar, ProgressStyle};
+use phases::Phases;
 use serde::Serialize;
 use servobee::evaluate::gpu::{self, Checks, GpuEvaluator};
 use servobee::evaluate::{
@@ -24,11 +28,13 @@ const MOST_RUNS: usize = 7;
 ///
 /// Every evaluator first has to agree with the CPU in f64 on 1024 candidates. Then populations of 64 to 262144
 /// candidates of the base model are timed, as often as the time allows, and the median counts. A size that would not
-/// fit into the time is left out.
+/// fit into the time is left out. A GPU is measured with and without the driver's checks of loops and indices; runs
+/// compute without.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   servobee bench
-  servobee bench --evaluator gpu --seconds 60 --json > bench.json")]
+  servobee bench --evaluator gpu --seconds 60 --json > bench.json
+  servobee bench --workgroups")]
 pub(super) struct Arguments {
     /// What to measure; a GPU may also be one in software
     #[arg(long, value_enum, default_value = "all")]
@@ -39,6 +45,9 @@ pub(super) struct Arguments {
     /// Samples of the record at 1 kHz, from 100 to 1000000
     #[arg(long, default_value_t = 1000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
     samples: u32,
+    /// Try GPU workgroups of several sizes instead
+    #[arg(long, conflicts_with = "evaluator")]
+    workgroups: bool,
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
@@ -72,9 +81,13 @@ struct Report {
 struct Measured {
     name: String,
     on_gpu: bool,
+    /// Whether the driver checks loops and indices.
+    checked: bool,
     /// Largest relative difference from the costs of the CPU in f64.
     disagreement: f64,
     results: Vec<Timing>,
+    /// Where a GPU's time goes.
+    phases: Vec<Phases>,
 }
 
 #[derive(Serialize)]
@@ -87,28 +100,43 @@ struct Timing {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let mut evaluators = evaluators(arguments.evaluator)?;
     let problem = workload::actuator(arguments.samples as usize);
+    let seconds = Duration::from_secs_f64(arguments.seconds);
+    if arguments.workgroups {
+        return workgroups::run(&problem, seconds, arguments.json);
+    }
+    let contestants = contestants(arguments.evaluator)?;
     let steps_per_candidate = problem.steps();
     let (size, samples) = CHECKED;
     let short = workload::actuator(samples);
     let few = workload::population(&short, size);
     let reference = CpuEvaluator::new(Precision::F64).costs(&short, &few)?;
     // Hidden by itself where stderr is no terminal.
-    let bar = ProgressBar::new((evaluators.len() * SIZES.len()) as u64).with_style(style());
-    let share = Duration::from_secs_f64(arguments.seconds / evaluators.len() as f64);
+    let bar = ProgressBar::new((contestants.len() * SIZES.len()) as u64).with_style(style());
+    let share = seconds / contestants.len() as u32;
     let mut measured = Vec::new();
-    for (on_gpu, evaluator) in &mut evaluators {
-        let name = evaluator.describe();
+    for contestant in &contestants {
+        let mut evaluator = contestant.evaluator()?;
+        let name = contestant.name(&*evaluator);
         bar.set_message(name.clone());
         let costs = evaluator.costs(&short, &few)?;
         let disagreement = disagreement(&name, &costs, &reference)?;
-        let results = measure(&mut **evaluator, &problem, share, &bar)?;
+        let results = measure(&mut *evaluator, &problem, share, &bar)?;
+        let largest = results.last().map_or(0, |timing| timing.population);
+        let phases = match contestant {
+            Contestant::Cpu(_) => Vec::new(),
+            Contestant::Gpu(adapter, checks) => {
+                let population = workload::population(&problem, largest.min(phases::POPULATION));
+                phases::phases(GpuEvaluator::new(adapter, *checks)?, &problem, &population)?
+            }
+        };
         measured.push(Measured {
             name,
-            on_gpu: *on_gpu,
+            on_gpu: matches!(contestant, Contestant::Gpu(..)),
+            checked: matches!(contestant, Contestant::Gpu(_, Checks::On)),
             disagreement,
             results,
+            phases,
         });
     }
     bar.finish_and_clear();
@@ -131,17 +159,40 @@ fn style() -> ProgressStyle {
     ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("a template that parses")
 }
 
-/// The evaluators to measure, and whether each is a GPU.
-fn evaluators(which: Which) -> Result<Vec<(bool, Box<dyn Evaluator>)>> {
-    let mut list: Vec<(bool, Box<dyn Evaluator>)> = Vec::new();
+/// What is measured.
+enum Contestant {
+    Cpu(Precision),
+    Gpu(wgpu::Adapter, Checks),
+}
+
+impl Contestant {
+    fn evaluator(&self) -> Result<Box<dyn Evaluator>> {
+        Ok(match self {
+            Self::Cpu(precision) => Box::new(CpuEvaluator::new(*precision)),
+            Self::Gpu(adapter, checks) => Box::new(GpuEvaluator::new(adapter, *checks)?),
+        })
+    }
+
+    fn name(&self, evaluator: &dyn Evaluator) -> String {
+        let checked = match self {
+            Self::Gpu(_, Checks::On) => ", checked",
+            _ => "",
+        };
+        evaluator.describe() + checked
+    }
+}
+
+/// All that `which` names.
+fn contestants(which: Which) -> Result<Vec<Contestant>> {
+    let mut list = Vec::new();
     if which != Which::Gpu {
-        for precision in [Precision::F64, Precision::F32] {
-            list.push((false, Box::new(CpuEvaluator::new(precision))));
-        }
+        list.extend([Precision::F64, Precision::F32].map(Contestant::Cpu));
     }
     if which != Which::Cpu {
         for adapter in gpu::adapters() {
-            list.push((true, Box::new(GpuEvaluator::new(&adapter, Checks::Off)?)));
+            list.extend(
+                [Checks::Off, Checks::On].map(|checks| Contestant::Gpu(adapter.clone(), checks)),
+            );
         }
     }
     if list.is_empty() {
@@ -266,6 +317,8 @@ fn print(report: &Report) {
     };
     println!("{}", table(&head, SIZES.map(row)));
     println!("\nGPU/CPU: the fastest GPU over the fastest on the CPU. -: not measured.");
+    let numbered = report.evaluators.iter().zip(1..);
+    phases::print(numbered.flat_map(|(m, number)| m.phases.iter().map(move |one| (number, one))));
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::problem::{Data, Problem, Wave};
 use super::simulate::{response, squares, with_states};
-use super::{Cost, Evaluator, Population};
+use super::{Cost, Evaluator, Job, Population};
 use crate::Result;
 use crate::model::real::{Element, Lanes};
 use crate::model::{Plant, Real};
@@ -44,10 +44,10 @@ impl Evaluator for CpuEvaluator {
         format!("CPU ({name} lanes, {})", instructions())
     }
 
-    fn costs(&mut self, problem: &Problem, population: &Population) -> Result<Vec<Cost>> {
+    fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
         Ok(match self.precision {
-            Precision::F64 => all_batches::<f64>(problem, population),
-            Precision::F32 => all_batches::<f32>(problem, population),
+            Precision::F64 => all_batches::<f64>(jobs),
+            Precision::F32 => all_batches::<f32>(jobs),
         })
     }
 }
@@ -72,25 +72,34 @@ fn instructions() -> &'static str {
     }
 }
 
-fn all_batches<E: Element>(problem: &Problem, population: &Population) -> Vec<Cost> {
-    let wave = match &*problem.data {
+/// The costs of all jobs: the batches of all of them are one list of tasks, so that small jobs fill the cores together.
+fn all_batches<E: Element>(jobs: &[Job<'_>]) -> Vec<Vec<Cost>> {
+    let wave = |job: &Job<'_>| match &*job.problem.data {
         Data::Tones(tones) => Wave::new(tones),
         Data::Series(_) => Wave::new(&[]),
     };
-    let batch = |first| Batch {
-        problem,
-        wave: &wave,
-        population,
-        first,
-        element: PhantomData::<E>,
-    };
+    let waves: Vec<Wave> = jobs.iter().map(wave).collect();
     let width = Arch::new().dispatch(Width(PhantomData::<E>));
-    let costs: Vec<Vec<Cost>> = (0..population.len())
-        .into_par_iter()
-        .step_by(width)
-        .map(|first| Arch::new().dispatch(batch(first)))
-        .collect();
-    costs.concat()
+    let batches_of = |(number, job): (usize, &Job<'_>)| {
+        let starts = (0..job.population.len()).step_by(width);
+        starts.map(move |first| (number, first)).collect::<Vec<_>>()
+    };
+    let batches: Vec<(usize, usize)> = jobs.iter().enumerate().flat_map(batches_of).collect();
+    let evaluate = |&(number, first): &(usize, usize)| {
+        Arch::new().dispatch(Batch {
+            problem: jobs[number].problem,
+            wave: &waves[number],
+            population: jobs[number].population,
+            first,
+            element: PhantomData::<E>,
+        })
+    };
+    let found: Vec<Vec<Cost>> = batches.par_iter().map(evaluate).collect();
+    let mut costs = vec![Vec::new(); jobs.len()];
+    for ((number, _), batch) in batches.into_iter().zip(found) {
+        costs[number].extend(batch);
+    }
+    costs
 }
 
 /// Asks how many candidates a batch has.

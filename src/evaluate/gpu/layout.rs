@@ -6,14 +6,18 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Work {
-    /// Candidates in this dispatch.
+    /// Candidates in the buffers.
     pub population: u32,
     /// Records or tones.
     pub items: u32,
-    /// Number of the time slice.
-    pub slice: u32,
-    /// Unused.
-    pub padding: u32,
+    /// The candidates of this dispatch: its first.
+    pub first: u32,
+    /// One past its last.
+    pub last: u32,
+    /// Its first row.
+    pub begin: u32,
+    /// One past its last row.
+    pub end: u32,
 }
 
 /// `Sample` of the shader, with its `Input`.
@@ -40,10 +44,12 @@ pub struct Sample {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Series {
-    /// Its first row in the buffer of samples.
+    /// Where its first row is in the buffer of samples; modulo 2^32, where it would be before a window of later rows.
     pub first: u32,
     /// How many rows it has.
     pub count: u32,
+    /// Its first sum among all records' sums of slices.
+    pub slot: u32,
 }
 
 /// `Tone` of the shader.
@@ -65,7 +71,7 @@ pub struct Tone {
 }
 
 // The sizes that the shader's arrays step by.
-const _: () = assert!(size_of::<Work>() == 16);
+const _: () = assert!(size_of::<Work>() == 24);
 const _: () = assert!(size_of::<Sample>() == 60);
-const _: () = assert!(size_of::<Series>() == 8);
+const _: () = assert!(size_of::<Series>() == 12);
 const _: () = assert!(size_of::<Tone>() == 24);

@@ -1,5 +1,8 @@
 //! Compiling a composed shader.
 
+use super::pace::Pace;
+use std::sync::{Mutex, PoisonError};
+
 /// Whether the driver's checks guard the shader's loops and indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Checks {
@@ -9,13 +12,28 @@ pub enum Checks {
     Off,
 }
 
-/// A compiled entry point and the layout of its bindings.
+/// A compiled entry point, the layout of its bindings, and how fast it runs.
 pub(super) struct Pipeline {
     pub(super) pipeline: wgpu::ComputePipeline,
     pub(super) layout: wgpu::BindGroupLayout,
+    pace: Mutex<Pace>,
 }
 
 impl Pipeline {
+    /// How fast it runs.
+    pub(super) fn pace(&self) -> Pace {
+        *self.pace.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Remembers that `steps` integration steps in `width` simulations side by side took `seconds`.
+    pub(super) fn learn(&self, width: f64, steps: f64, seconds: f64) {
+        // Records of one row have no steps.
+        if steps > 0.0 {
+            *self.pace.lock().unwrap_or_else(PoisonError::into_inner) =
+                Pace::measured(width, steps, seconds);
+        }
+    }
+
     /// Compiles `entry` of `source`, which uses binding 0 and `bindings`.
     pub(super) fn compile(
         device: &wgpu::Device,
@@ -77,7 +95,11 @@ impl Pipeline {
         });
         match pollster::block_on(scope.pop()) {
             Some(error) => Err(error),
-            None => Ok(Self { pipeline, layout }),
+            None => Ok(Self {
+                pipeline,
+                layout,
+                pace: Mutex::default(),
+            }),
         }
     }
 }

@@ -1,0 +1,145 @@
+//! A device, and what has gone wrong with it.
+
+use crate::Error;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use wgpu::util::DeviceExt;
+
+/// How long a submission of some 50 ms may take before the device counts as hung.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Why an attempt failed.
+pub(super) enum Fault {
+    /// The device is gone; another one may serve.
+    Lost(String),
+    /// No other attempt would do better.
+    Final(Error),
+}
+
+impl From<Error> for Fault {
+    fn from(error: Error) -> Self {
+        Self::Final(error)
+    }
+}
+
+/// What an attempt gives.
+pub(super) type Attempt<T> = Result<T, Fault>;
+
+/// A device and its queue.
+pub(super) struct Context {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    /// Length of a tick of its clock, s; none where it has no timestamp queries.
+    pub(super) tick: Option<f64>,
+    /// What has gone wrong first.
+    trouble: Arc<Mutex<Option<Fault>>>,
+}
+
+impl Context {
+    /// A device of `adapter`.
+    ///
+    /// # Errors
+    /// If the adapter gives none.
+    pub(super) fn open(adapter: &wgpu::Adapter) -> Result<Self, Error> {
+        let name = adapter.get_info().name;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("servobee"),
+            required_limits: adapter.limits(),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            ..Default::default()
+        };
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+                Error::failed(
+                    format!("adapter \"{name}\" gives no device: {error}"),
+                    "update its driver, or use --evaluator cpu",
+                )
+            })?;
+        let trouble = Arc::new(Mutex::new(None));
+        let note = |trouble: &Arc<Mutex<Option<Fault>>>, fault| {
+            let mut first = trouble.lock().unwrap_or_else(PoisonError::into_inner);
+            first.get_or_insert(fault);
+        };
+        let of_device = trouble.clone();
+        device.set_device_lost_callback(move |_, message| {
+            note(&of_device, Fault::Lost(message));
+        });
+        let of_calls = trouble.clone();
+        device.on_uncaptured_error(Arc::new(move |error| {
+            let fault = match error {
+                wgpu::Error::OutOfMemory { .. } => Fault::Final(Error::failed(
+                    format!("\"{name}\" has no memory left"),
+                    "use a smaller population or --evaluator cpu",
+                )),
+                // What is done with a device that is gone is also an error.
+                other => Fault::Lost(other.to_string()),
+            };
+            note(&of_calls, fault);
+        }));
+        let timed = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let tick = timed.then(|| 1e-9 * f64::from(queue.get_timestamp_period()));
+        Ok(Self {
+            device,
+            queue,
+            tick,
+            trouble,
+        })
+    }
+
+    /// # Errors
+    /// What has gone wrong since this was asked last.
+    pub(super) fn check(&self) -> Attempt<()> {
+        let mut trouble = self.trouble.lock().unwrap_or_else(PoisonError::into_inner);
+        trouble.take().map_or(Ok(()), Err)
+    }
+
+    /// Waits until a submission is done.
+    ///
+    /// # Errors
+    /// If the device fails or hangs.
+    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex) -> Attempt<()> {
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(submission),
+            timeout: Some(PATIENCE),
+        };
+        // wgpu panics where the driver loses the device under a wait.
+        let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wait)));
+        self.check()?;
+        match polled {
+            Ok(Ok(_)) => Ok(()),
+            Ok(Err(error)) => Err(Fault::Lost(error.to_string())),
+            Err(_) => Err(Fault::Lost("the driver has lost the device".into())),
+        }
+    }
+
+    /// The bytes of a buffer that is mapped.
+    ///
+    /// # Errors
+    /// If the device is gone.
+    pub(super) fn mapped(&self, buffer: &wgpu::Buffer, size: u64) -> Attempt<wgpu::BufferView> {
+        buffer
+            .get_mapped_range(..size)
+            .map_err(|error| Fault::Lost(error.to_string()))
+    }
+
+    /// A read-only storage buffer with `contents`.
+    pub(super) fn storage(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
+        self.device
+            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                contents,
+                usage: wgpu::BufferUsages::STORAGE,
+            })
+    }
+
+    /// A buffer of `size` bytes.
+    pub(super) fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage,
+            mapped_at_creation: false,
+        })
+    }
+}

@@ -67,6 +67,7 @@ fn main() {
     let mut peers = ours(&problem, &choose);
     peers.push(alone::<32>(record(&problem), &choose));
     peers.push(alone::<64>(record(&problem), &choose));
+    peers.push(alone::<128>(record(&problem), &choose));
     let costs: Vec<Vec<f64>> = peers.iter_mut().map(|peer| (peer.costs)()).collect();
     // In turn, so that what else the machine does meets all of them.
     for _ in 0..runs {
@@ -190,6 +191,7 @@ trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self
 }
 
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 struct Batch<const W: usize>([f32; W]);
 
 impl<const W: usize> Batch<W> {

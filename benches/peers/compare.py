@@ -4,7 +4,7 @@ The task: z' = K sat(u - x, +-S), x' = (z - x) / T from the equilibrium with the
 1 ms, the sum over the rows of (target - x)^2, for 16 384 candidates (K, T, S). Slow tools get fewer candidates.
 
 Everybody's costs and trajectories are checked against a converged solution. Writes results.csv and table.md beside this
-script. Call: python compare.py [--runs 7] [--break PEER]
+script. Call: python compare.py [--runs 5] [--break PEER]
 """
 
 import argparse
@@ -33,10 +33,12 @@ STEPS = 5  # integration steps a row of those who take fixed ones
 ROW = 1e-3  # s
 FULL_SCALE = 10.0
 TRAJECTORIES = 64
+CHECKED = 2048  # candidates whose costs are checked
 OURS = "servobee CPU f32"
 OFF = 1.005  # what --break does to every gain
-# Largest relative difference from the converged costs, in the median and for 90 % of the candidates.
-TOLERANCE = {"median": 1e-4, "90 %": 2e-3}
+# Largest relative difference from the converged costs, in the median and for 90 % of the candidates. The rest are lightly
+# damped in deep saturation, where fixed steps of any kind miss the converged cost.
+TOLERANCE = {"median": 5e-5, "90 %": 2e-3}
 
 
 def slopes(z, x, u, gain, rate, limit):
@@ -306,7 +308,7 @@ def quantiles(values):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--runs", type=int, default=7)
+    parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--break", dest="broken", metavar="PEER", help="make one peer's gains 0.5 %% too large")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory:
@@ -314,13 +316,13 @@ def main():
     if arguments.broken not in (None, *peers, *OTHERS):
         parser.error(f"no peer is called so; there are {', '.join([*peers, *OTHERS])}")
     peers |= others(record, candidates, arguments.broken, arguments.runs)
-    exact, exact_spools = converged(record, candidates)
+    exact, exact_spools = converged(record, candidates[:CHECKED])
 
     wrong = []
     for name, peer in peers.items():
         peer["seconds"] = float(np.median(peer["seconds"]))
         peer["rate"] = peer["candidates"] / peer["seconds"]
-        peer["cost"] = quantiles(np.abs(peer["costs"] / exact[: peer["candidates"]] - 1))
+        peer["cost"] = quantiles(np.abs(peer["costs"][:CHECKED] / exact[: peer["candidates"]] - 1))
         if len(peer["spools"]):
             spools = np.array(peer["spools"])
             errors = np.abs(spools - exact_spools[: len(spools)]).max(axis=1)

@@ -45,8 +45,8 @@ const OTHER: usize = 6;
 type Counts = [f64; KINDS.len()];
 
 fn main() {
-    // Without `--bench` this is a test run.
-    let short = !std::env::args().any(|argument| argument == "--bench");
+    let given = |flag: &str| std::env::args().any(|argument| argument == flag);
+    let short = given("--test") || !given("--bench");
     let ceilings = Ceilings::measure(short);
     ceilings.print();
     let cases = cases();

@@ -20,7 +20,7 @@ use servobee::model::Plant;
 
 const ROWS: usize = 1000;
 const CANDIDATES: usize = 16_384;
-const RUNS: usize = 7;
+const RUNS: usize = 3;
 /// Candidates whose trajectories are written.
 const TRAJECTORIES: usize = 64;
 /// The stand-alone loop's integration steps from one row to the next: what the base model takes with RK4.
@@ -41,7 +41,9 @@ struct Peer<'a> {
 }
 
 fn main() {
-    let mut arguments = std::env::args().skip(1).filter(|a| a != "--bench");
+    let mut arguments = std::env::args()
+        .skip(1)
+        .filter(|a| a != "--bench" && a != "--test");
     let mut directory = None;
     let mut broken = None;
     while let Some(argument) = arguments.next() {

@@ -27,14 +27,11 @@ fn main() {
         let number = |text: &str| text.parse().expect("a number");
         return case(evaluator, number(size), number(rows));
     }
-    // Without `--bench` this is a test run.
-    let most = match (
-        arguments.iter().any(|a| a == "--bench"),
-        arguments.iter().any(|a| a == "--large"),
-    ) {
-        (false, _) => (1000, 1000),
-        (true, false) => (1_000_000, 1_000_000),
-        (true, true) => (1_000_000, 10_000_000),
+    let given = |flag: &str| arguments.iter().any(|argument| argument == flag);
+    let most = match given("--test") || !given("--bench") {
+        true => (1000, 1000),
+        false if given("--large") => (1_000_000, 10_000_000),
+        false => (1_000_000, 1_000_000),
     };
     let tenfold = |first: usize, last: usize| {
         std::iter::successors(Some(first), move |n| Some(10 * n).filter(|n| *n <= last))

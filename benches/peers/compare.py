@@ -4,7 +4,7 @@ The task: z' = K sat(u - x, +-S), x' = (z - x) / T from the equilibrium with the
 1 ms, the sum over the rows of (target - x)^2, for 16 384 candidates (K, T, S). Slow tools get fewer candidates.
 
 Everybody's costs and trajectories are checked against a converged solution. Writes results.csv and table.md beside this
-script. Call: python compare.py [--runs 5] [--break PEER]
+script. Call: python compare.py [--rounds 5] [--break PEER]
 """
 
 import argparse
@@ -235,58 +235,53 @@ OTHERS = {
 }
 
 
-def ours(directory, broken):
-    """Runs the Rust bench."""
-    call = ["cargo", "bench", "--quiet", "--bench", "peers", "--", directory]
+def gains(name, broken):
+    """What the candidates are multiplied by."""
+    return [OFF if name == broken else 1.0, 1.0, 1.0]
+
+
+def run_ours(folder, broken):
+    """Runs the Rust bench: the seconds of its runs by peer, and the rest of what its table of results says."""
+    call = ["cargo", "bench", "--quiet", "--bench", "peers", "--", folder]
     if broken not in (None, *OTHERS):
         call += ["--break", broken]
     subprocess.run(call, cwd=HERE.parent.parent, check=True, stdout=subprocess.DEVNULL)
-    folder = Path(directory)
+    _, *rows = csv.reader(open(folder / "results.csv"))
+    return {name: (float(steps), int(count), [float(s) for s in seconds]) for name, steps, count, *seconds in rows}
+
+
+def measure(folder, rounds, broken):
+    """All peers' times, costs and trajectories. They take turns, so that what else the machine does meets all of them."""
     read = lambda name: np.loadtxt(folder / name, delimiter=",", skiprows=1)
     rows = lambda name: list(csv.reader(open(folder / name)))
-    costs = dict(zip(rows("costs.csv")[0], read("costs.csv").T, strict=True))
     peers = {}
-    for name, steps, count, *seconds in rows("results.csv")[1:]:
-        peers[name] = {
-            "steps_per_row": float(steps),
-            "candidates": int(count),
-            "seconds": [float(s) for s in seconds],
-            "compile": 0.0,
-            "costs": costs[name],
-            "spools": [],
-        }
+    for name, (steps, count, _) in run_ours(folder, broken).items():
+        peers[name] = {"steps_per_row": steps, "candidates": count, "seconds": [], "compile": 0.0, "spools": []}
+    for name, costs in zip(rows("costs.csv")[0], read("costs.csv").T, strict=True):
+        peers[name]["costs"] = costs
     for name, *spool in rows("trajectories.csv")[1:]:
         peers[name]["spools"].append([float(x) for x in spool])
-    return peers, read("record.csv"), read("candidates.csv")
+    record, candidates = read("record.csv"), read("candidates.csv")
 
-
-def others(record, candidates, broken, runs):
-    peers = {}
     for name, (tool, count) in OTHERS.items():
-        own = candidates[:count] * [OFF if name == broken else 1.0, 1.0, 1.0]
-        tool.prepare(record, own)
+        tool.prepare(record, candidates[:count] * gains(name, broken))
         start = time.perf_counter()
-        costs = tool.costs()
+        costs = np.asarray(tool.costs(), float)
         first = time.perf_counter() - start
-        peers[name] = {
-            "steps_per_row": tool.steps_per_row,
-            "candidates": len(own),
-            "seconds": [],
-            "first": first,
-            "costs": np.asarray(costs, float),
-        }
-    # In turn, so that what else the machine does meets all of them.
-    for _ in range(runs):
-        for name, peer in peers.items():
+        peers[name] = {"steps_per_row": tool.steps_per_row, "candidates": count, "seconds": [], "costs": costs}
+        peers[name]["compile"] = first
+    for _ in range(rounds):
+        for name, (_, _, seconds) in run_ours(folder, broken).items():
+            peers[name]["seconds"] += seconds
+        for name, (tool, _) in OTHERS.items():
             start = time.perf_counter()
-            OTHERS[name][0].costs()
-            peer["seconds"].append(time.perf_counter() - start)
-    for name, peer in peers.items():
-        tool, count = OTHERS[name]
-        peer["compile"] = max(peer.pop("first") - float(np.median(peer["seconds"])), 0.0)
-        tool.prepare(record, (candidates * [OFF if name == broken else 1.0, 1.0, 1.0])[: min(count, TRAJECTORIES)])
-        peer["spools"] = tool.trajectories()
-    return peers
+            tool.costs()
+            peers[name]["seconds"].append(time.perf_counter() - start)
+    for name, (tool, count) in OTHERS.items():
+        peers[name]["compile"] = max(peers[name]["compile"] - float(np.median(peers[name]["seconds"])), 0.0)
+        tool.prepare(record, candidates[: min(count, TRAJECTORIES)] * gains(name, broken))
+        peers[name]["spools"] = tool.trajectories()
+    return peers, record, candidates
 
 
 def converged(record, candidates):
@@ -308,20 +303,19 @@ def quantiles(values):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--break", dest="broken", metavar="PEER", help="make one peer's gains 0.5 %% too large")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory:
-        peers, record, candidates = ours(directory, arguments.broken)
-    if arguments.broken not in (None, *peers, *OTHERS):
-        parser.error(f"no peer is called so; there are {', '.join([*peers, *OTHERS])}")
-    peers |= others(record, candidates, arguments.broken, arguments.runs)
+        peers, record, candidates = measure(Path(directory), arguments.rounds, arguments.broken)
+    if arguments.broken not in (None, *peers):
+        parser.error(f"no peer is called so; there are {', '.join(peers)}")
     exact, exact_spools = converged(record, candidates[:CHECKED])
 
     wrong = []
     for name, peer in peers.items():
-        peer["seconds"] = float(np.median(peer["seconds"]))
-        peer["rate"] = peer["candidates"] / peer["seconds"]
+        peer["rate"] = peer["candidates"] / float(np.median(peer["seconds"]))
+        peer["best"] = peer["candidates"] / min(peer["seconds"])
         peer["cost"] = quantiles(np.abs(peer["costs"][:CHECKED] / exact[: peer["candidates"]] - 1))
         if len(peer["spools"]):
             spools = np.array(peer["spools"])
@@ -338,43 +332,48 @@ def main():
 
 
 def write(peers, rows):
-    best = peers[OURS]["rate"]
-    text = lambda of: "-" if of is None else " / ".join(f"{value:.0e}" for value in of.values())
+    ours = peers[OURS]
     with open(HERE / "results.csv", "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(
-            "peer candidates steps_per_row seconds compile_seconds candidates_per_second row_steps_per_second"
-            " ours_over_peer error_median error_90 error_max cost_median cost_90 cost_max".split()
+            "peer candidates runs steps_per_row compile_seconds candidates_per_second best_candidates_per_second"
+            " row_steps_per_second ours_over_peer best_ours_over_best_peer"
+            " error_median error_90 error_max cost_median cost_90 cost_max".split()
         )
         for name, peer in peers.items():
-            errors = (peer.get("error") or {"": ""}).values()
-            errors = [f"{e:.2e}" if e != "" else "" for e in errors] if len(errors) == 3 else [""] * 3
+            ratios = ours["rate"] / peer["rate"], ours["best"] / peer["best"]
+            numbers = peer["compile"], peer["rate"], peer["best"], peer["rate"] * rows, *ratios
+            errors = [f"{e:.2e}" for e in peer["error"].values()] if "error" in peer else [""] * 3
             costs = [f"{value:.2e}" for value in peer["cost"].values()]
-            numbers = peer["seconds"], peer["compile"], peer["rate"], peer["rate"] * rows, best / peer["rate"]
-            steps = "" if peer["steps_per_row"] is None else f"{peer['steps_per_row']:g}"
-            writer.writerow([name, peer["candidates"], steps, *(f"{n:.4g}" for n in numbers), *errors, *costs])
+            head = name, peer["candidates"], len(peer["seconds"]), peer["steps_per_row"] or ""
+            writer.writerow([*head, *(f"{n:.4g}" for n in numbers), *errors, *costs])
     with open(HERE / "table.md", "w") as file:
         packages = ", ".join(f"{p} {version(p)}" for p in ("jax", "numba", "numpy", "scipy"))
-        rust = subprocess.run(["rustc", "--version"], capture_output=True, text=True).stdout.strip()
+        rust = subprocess.run(["rustc", "--version"], capture_output=True, text=True).stdout.split()[1]
         print(
             f"`python benches/peers/compare.py`, {datetime.date.today()}, {os.cpu_count()} cores, {packages}, "
-            f"Python {platform.python_version()}, {rust}.\n",
+            f"Python {platform.python_version()}, rustc {rust}. Ours: {OURS}.\n",
             file=file,
         )
-        print(
-            "| peer | candidates | steps a row | candidates/s | million row-steps/s | ours / peer | compile, s "
-            "| trajectory error: median / 90 % / max | cost: median / 90 % / max |",
-            file=file,
-        )
-        print("|---" * 9 + "|", file=file)
+        heads = ["peer", "steps a row", "candidates/s: median", "best run", "million row-steps/s"]
+        heads += ["ours / peer", "of best runs", "compile, s", "trajectory error: median, 90 %, max", "cost: median, 90 %, max"]
+        print("|", " | ".join(heads), "|", file=file)
+        print("|---" * len(heads) + "|", file=file)
+        spread = lambda of: ", ".join(f"{value:.0e}" for value in of.values()) if of else "-"
         for name, peer in sorted(peers.items(), key=lambda item: -item[1]["rate"]):
-            steps = "adaptive" if peer["steps_per_row"] is None else f"{peer['steps_per_row']:g}"
-            compiled = f"{peer['compile']:.1f}" if name in OTHERS else "-"
-            print(
-                f"| {name} | {peer['candidates']} | {steps} | {peer['rate']:,.4g} | {peer['rate'] * rows / 1e6:,.4g} "
-                f"| {best / peer['rate']:,.3g} | {compiled} | {text(peer.get('error'))} | {text(peer['cost'])} |",
-                file=file,
-            )
+            cells = [
+                name,
+                f"{peer['steps_per_row']:g}" if peer["steps_per_row"] else "adaptive",
+                f"{peer['rate']:,.0f}",
+                f"{peer['best']:,.0f}",
+                f"{peer['rate'] * rows / 1e6:.3g}",
+                f"{ours['rate'] / peer['rate']:.3g}",
+                f"{ours['best'] / peer['best']:.3g}",
+                f"{peer['compile']:.1f}" if name in OTHERS else "-",
+                spread(peer.get("error")),
+                spread(peer["cost"]),
+            ]
+            print("|", " | ".join(cells), "|", file=file)
 
 
 if __name__ == "__main__":

@@ -14,17 +14,23 @@ def number(value, units):
     return f"{value / factor:.3g} {unit}"
 
 
+def place(item):
+    (group, function, value), _ = item
+    size = int(value) if value and value.isdigit() else 0
+    return GROUPS.index(group), size, value or "", function
+
+
 def main():
     cases = {}
     for file in HERE.parent.glob("target/criterion/**/new/benchmark.json"):
         case = json.loads(file.read_text())
         median = json.loads(file.with_name("estimates.json").read_text())["median"]
+        if case["group_id"] not in GROUPS:
+            continue
         cases[case["group_id"], case["function_id"], case["value_str"]] = case["throughput"], median
     with open(HERE / "criterion.md", "w") as out:
         print("| group | case | median | 95 % interval | a second |\n|---|---|---|---|---|", file=out)
-        for (group, function, value), (throughput, median) in sorted(
-            ((key, of) for key, of in cases.items() if key[0] in GROUPS), key=lambda item: GROUPS.index(item[0][0])
-        ):
+        for (group, function, value), (throughput, median) in sorted(cases.items(), key=place):
             interval = median["confidence_interval"]
             time = lambda nanoseconds: number(nanoseconds, [(1e9, "s"), (1e6, "ms"), (1e3, "µs"), (1, "ns")])
             rate = "-"

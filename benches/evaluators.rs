@@ -16,7 +16,8 @@ const POPULATIONS: [usize; 3] = [64, 1024, 8192];
 const ROWS: [usize; 2] = [200, 2000];
 /// Rows and candidates that vary nothing where something else does.
 const USUAL: (usize, usize) = (200, 1024);
-/// Largest relative difference of a cost from that in f64. On 200 rows: lightly damped candidates in saturation are chaotic.
+/// Largest relative difference of a cost from that in f64, on few rows: lightly damped candidates in saturation are
+/// chaotic.
 const TOLERANCE: f64 = 1e-4;
 
 fn population(criterion: &mut Criterion) {

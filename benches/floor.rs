@@ -227,8 +227,11 @@ struct Rates {
 }
 
 macro_rules! chains {
-    ($chain:ident, $measure:ident, $float:ident, $vector:ident, $splat:ident, $add:ident, $mul:ident, $fused:ident, $div:ident, $sqrt:ident) => {
-        /// So many rounds of one kind of operation on vectors that stay in registers, enough of them to hide its latency.
+    (
+        $chain:ident, $measure:ident, $float:ident, $vector:ident,
+        $splat:ident, $add:ident, $mul:ident, $fused:ident, $div:ident, $sqrt:ident
+    ) => {
+        /// So many rounds of one kind of operation on vectors that stay in registers, enough to hide its latency.
         struct $chain {
             kind: usize,
             rounds: u64,
@@ -420,7 +423,7 @@ fn print_counts(cases: &[Case]) {
 fn print_times(cases: &[Case], ceilings: &Ceilings, short: bool) {
     println!("Nanoseconds for a candidate's row:\n");
     println!(
-        "| structure | evaluator | floor | with fused mul-add | measured | measured / floor | share of the memory's rate |"
+        "| structure | evaluator | floor | with fused mul-add | measured | measured / floor | memory's rate |"
     );
     println!("|---|---|---|---|---|---|---|");
     for case in cases {

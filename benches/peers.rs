@@ -1,8 +1,9 @@
 //! The base actuator on 1000 rows, 16 384 candidates: our evaluators beside a hand-written loop that uses nothing of
 //! servobee, for `peers/compare.py`, which adds other tools: `cargo bench --bench peers -- DIR [--break PEER]`.
 //!
-//! Writes to DIR what the other tools need (`record.csv`, `candidates.csv`) and what they are compared with (`costs.csv`,
-//! `trajectories.csv`, `results.csv`). `--break` makes every gain of one peer 0.5 % too large, which must be noticed.
+//! Writes to DIR what the other tools need (`record.csv`, `candidates.csv`) and what they are compared with
+//! (`costs.csv`, `trajectories.csv`, `results.csv`). `--break` makes every gain of one peer 0.5 % too large, which must
+//! be noticed.
 
 #[path = "shared/evaluators.rs"]
 mod evaluators;

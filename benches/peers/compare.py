@@ -36,8 +36,8 @@ TRAJECTORIES = 64
 CHECKED = 2048  # candidates whose costs are checked
 OURS = "servobee CPU f32"
 OFF = 1.005  # what --break does to every gain
-# Largest relative difference from the converged costs, in the median and for 90 % of the candidates. The rest are lightly
-# damped in deep saturation, where fixed steps of any kind miss the converged cost.
+# Largest relative difference from the converged costs, in the median and for 90 % of the candidates. The rest are
+# lightly damped in deep saturation, where these fixed steps miss the converged cost.
 TOLERANCE = {"median": 5e-5, "90 %": 2e-3}
 
 
@@ -251,7 +251,7 @@ def run_ours(folder, broken):
 
 
 def measure(folder, rounds, broken):
-    """All peers' times, costs and trajectories. They take turns, so that what else the machine does meets all of them."""
+    """All peers' times, costs and trajectories. They take turns: what else the machine does meets all of them."""
     read = lambda name: np.loadtxt(folder / name, delimiter=",", skiprows=1)
     rows = lambda name: list(csv.reader(open(folder / name)))
     peers = {}
@@ -356,7 +356,8 @@ def write(peers, rows):
             file=file,
         )
         heads = ["peer", "steps a row", "candidates/s: median", "best run", "million row-steps/s"]
-        heads += ["ours / peer", "of best runs", "compile, s", "trajectory error: median, 90 %, max", "cost: median, 90 %, max"]
+        heads += ["ours / peer", "of best runs", "compile, s"]
+        heads += ["trajectory error: median, 90 %, max", "cost: median, 90 %, max"]
         print("|", " | ".join(heads), "|", file=file)
         print("|---" * len(heads) + "|", file=file)
         spread = lambda of: ", ".join(f"{value:.0e}" for value in of.values()) if of else "-"

@@ -32,6 +32,7 @@ def main():
             if quantity == "peak_mib":
                 plot.set_xlabel(title)
         plots_of_row[0].set_ylabel(label)
+        plots_of_row[0].set_ylim(bottom=1)
     plots[0, 0].legend()
     figure.tight_layout()
     figure.savefig(HERE / "scaling.svg", metadata={"Date": None})

@@ -18,6 +18,7 @@ fn generations(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("ask and tell");
     group
         .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(2));
     for (name, settings) in [
         ("standard", Settings::standard()),
@@ -62,6 +63,7 @@ fn datasheet(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("fit");
     group
         .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(5));
     for (name, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
         let mut evaluator = CpuEvaluator::new(precision);
@@ -97,6 +99,7 @@ fn record(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("fit");
     group
         .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(5));
     group.bench_function("record of 2000 rows, spool and flow", |bencher| {
         bencher

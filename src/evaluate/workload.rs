@@ -3,6 +3,7 @@
 use super::Population;
 use super::problem::{Data, Problem, Sample, Series};
 use super::simulate::outputs;
+use crate::model::effects::entry;
 use crate::model::valve::ValveForm;
 use crate::model::{Output, Structure};
 
@@ -19,6 +20,18 @@ pub fn actuator_and_valve(samples: usize) -> Problem {
         ..Structure::actuator(10.0, "V")
     };
     planted(structure, samples)
+}
+
+/// The actuator with a valve and the effects called `names`, on every output that they can be on.
+pub fn with_effects(names: &[&str], samples: usize) -> Problem {
+    let base = actuator_and_valve(1).structure;
+    let effects = names
+        .iter()
+        .flat_map(|name| entry(name).expect("an effect").on(&base));
+    planted(
+        effects.fold(base.clone(), |s, effect| s.with(effect)),
+        samples,
+    )
 }
 
 /// A step of another height every 40 samples, whose response is that of the parameters' start values moved by 1, so that no

@@ -1,0 +1,111 @@
+//! What a search costs beside its evaluations, and whole fits: `cargo bench --bench search`.
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use servobee::evaluate::problem::{Data, Series, Stream};
+use servobee::evaluate::{Cost, CpuEvaluator, Precision, Problem, parameters_for, structure_for};
+use servobee::model::Parameter;
+use servobee::rig::Setup;
+use servobee::search::datasheet::{Case, FULL_SCALE};
+use servobee::search::{Bees, Plan, Settings, Start, fit};
+
+const GENERATIONS: usize = 20;
+
+/// Ask and tell alone: the cost of a candidate is one multiplication a parameter.
+fn generations(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("ask and tell");
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    for (name, settings) in [
+        ("standard", Settings::standard()),
+        ("large", Settings::large()),
+    ] {
+        for dimension in [3, 21] {
+            let space = vec![Parameter::linear("x", "1", -1.0, 0.5, 1.0); dimension];
+            let bees = || Bees::new(&space, settings, Start::Uniform, 1).expect("good settings");
+            let candidates = settings.n + GENERATIONS * settings.per_generation();
+            group.throughput(Throughput::Elements(candidates as u64));
+            group.bench_function(format!("{name}, {dimension} parameters"), |bencher| {
+                bencher.iter_batched(
+                    bees,
+                    |mut bees| {
+                        for _ in 0..=GENERATIONS {
+                            let cost = |x: &[f64]| Cost::finished(x.iter().map(|x| x * x).sum());
+                            let costs: Vec<_> = bees.ask().iter().map(cost).collect();
+                            bees.tell(&costs);
+                        }
+                        bees
+                    },
+                    BatchSize::SmallInput,
+                );
+            });
+        }
+    }
+}
+
+/// The paper's search for K, T and S of the D675, from the phases at 90 %.
+fn datasheet(criterion: &mut Criterion) {
+    let sheets = Case::D675
+        .sheets(FULL_SCALE, Stream::Paper)
+        .expect("a built-in case");
+    let problem = &sheets[1].problem;
+    let plan = Plan {
+        settings: Settings::paper(),
+        start: Start::Uniform,
+        seed: 1,
+        polish: false,
+        coloured: false,
+    };
+    let mut group = criterion.benchmark_group("fit");
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(5));
+    for (name, precision) in [("f32", Precision::F32), ("f64", Precision::F64)] {
+        let mut evaluator = CpuEvaluator::new(precision);
+        group.bench_function(format!("d675 response, paper, CPU {name}"), |bencher| {
+            bencher.iter(|| {
+                fit(black_box(problem), &mut evaluator, &plan, &mut |_| {}).expect("a fit")
+            });
+        });
+    }
+}
+
+/// The base model of `identify` on 2000 rows: bees and polish.
+fn record(criterion: &mut Criterion) {
+    let setup = Setup {
+        seconds: 2.0,
+        ..Setup::default()
+    };
+    let records = [setup.record().expect("a record")];
+    let structure = structure_for(&records).expect("a structure");
+    let parameters = parameters_for(&structure, &records);
+    let mut series = Series::from_record(&records[0], &structure).expect("a series");
+    series.set_steps(structure.fastest_rate(&parameters), 1);
+    let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
+    let mut evaluator = CpuEvaluator::new(Precision::F32);
+    let plan = Plan::of_records(1);
+    let gain = fit(&problem, &mut evaluator, &plan, &mut |_| {})
+        .expect("a fit")
+        .values()[0];
+    assert!(
+        (gain / setup.valve.gain - 1.0).abs() < 0.05,
+        "the fit finds the gain, not {gain}"
+    );
+    let mut group = criterion.benchmark_group("fit");
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(5));
+    group.bench_function("record of 2000 rows, spool and flow", |bencher| {
+        bencher
+            .iter(|| fit(black_box(&problem), &mut evaluator, &plan, &mut |_| {}).expect("a fit"));
+    });
+}
+
+criterion_group!(benches, generations, datasheet, record);
+criterion_main!(benches);

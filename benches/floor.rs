@@ -130,6 +130,9 @@ impl Valued for Counted {
     fn look_up(self, f: impl FnMut(f64) -> f64) -> Self {
         Self::new(self.value.look_up(f), &[self], OTHER)
     }
+    fn any_positive(self) -> bool {
+        self.value.any_positive()
+    }
 }
 
 /// A structure with what one candidate costs on one row.

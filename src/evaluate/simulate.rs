@@ -45,7 +45,14 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
     let leaps = if EFFECTS { structure.leaps() } else { N == 2 };
     let mut stride = None;
     for (k, sample) in samples.iter().enumerate() {
-        let arrival = delay.map(|delay| Arrival::new(series, k, delay));
+        #[allow(
+            clippy::manual_map,
+            reason = "a closure is not always inlined, and only what is inlined is compiled for wide vectors"
+        )]
+        let arrival = match delay {
+            None => None,
+            Some(delay) => Some(Arrival::new(series, k, delay)),
+        };
         if EFFECTS {
             let command = match arrival {
                 None => input.command,
@@ -141,11 +148,14 @@ fn interval<R: Valued, const N: usize>(
                     let steps = R::constant(f64::from(j) + 0.5 * half as f64);
                     let after = begin * substeps + steps * step;
                     let share = after * R::constant(1.0 / seconds);
-                    let value = |i: usize| {
-                        let change = R::constant(next.input[i] - sample.input[i]);
-                        R::constant(sample.input[i]) + share * change
-                    };
-                    *input = Input::new(std::array::from_fn(value));
+                    let mut values = [R::constant(0.0); 7];
+                    for (value, (from, to)) in values
+                        .iter_mut()
+                        .zip(sample.input.into_iter().zip(next.input))
+                    {
+                        *value = R::constant(from) + share * R::constant(to - from);
+                    }
+                    *input = Input::new(values);
                     let arrived = arrival.interpolated(piece, after);
                     command = (whole - begin).if_positive(arrived, command);
                     input.command = plant.command(state, command);
@@ -170,6 +180,7 @@ fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 7] {
 /// The outputs at every row of `record`, in `f64`, in the order of [`crate::model::Output::ALL`]. `values` are those of
 /// all parameters. What has diverged is not finite.
 pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f64; 3]> {
+    #[inline(always)]
     fn run<R: Valued, const N: usize, const EFFECTS: bool>(
         structure: &Structure,
         values: &[R],
@@ -183,7 +194,10 @@ pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f
         });
         rows
     }
-    with_states!(structure, run::<f64>(structure, values, record))
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || with_states!(structure, run::<f64>(structure, values, record)),
+    )
 }
 
 /// Sums weighted squared errors of each output over a record: `slice_done` gets the sums of every slice of [`SLICE`]
@@ -200,26 +214,40 @@ pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
     let zero = [R::constant(0.0); 3];
     let (mut chunk, mut slice) = (zero, zero);
     let last = record.samples.len() - 1;
-    series::<R, N, EFFECTS>(structure, plant, record, |k, state, outputs| {
-        let sample = &record.samples[k];
-        let weight = R::constant(sample.weight);
-        for i in (0..3).filter(|&i| observed[i]) {
-            let error = R::constant(sample.target[i]) - outputs[i];
-            chunk[i] = chunk[i] + weight * error * error;
-        }
-        if (k + 1) % CHUNK == 0 || k == last {
-            for i in 0..3 {
-                slice[i] = slice[i] + chunk[i];
+    series::<R, N, EFFECTS>(
+        structure,
+        plant,
+        record,
+        #[inline(always)]
+        |k, state, outputs| {
+            let sample = &record.samples[k];
+            let weight = R::constant(sample.weight);
+            for i in (0..3).filter(|&i| observed[i]) {
+                let error = R::constant(sample.target[i]) - outputs[i];
+                chunk[i] = chunk[i] + weight * error * error;
             }
-            chunk = zero;
-            if (k + 1) % SLICE == 0 || k == last {
-                slice_done(slice);
-                slice = zero;
+            if (k + 1) % CHUNK == 0 || k == last {
+                for i in 0..3 {
+                    slice[i] = slice[i] + chunk[i];
+                }
+                chunk = zero;
+                if (k + 1) % SLICE == 0 || k == last {
+                    slice_done(slice);
+                    slice = zero;
+                }
+                return !diverged(state);
             }
-            return !diverged(state);
-        }
-        true
-    });
+            true
+        },
+    );
+}
+
+/// What drives the model where the sine is `sin`.
+#[inline(always)]
+fn on_tone<R: Real>(amplitude: R, [sin, _]: [f64; 2]) -> Input<R> {
+    let mut input = Input::constant([0.0; 7]);
+    input.command = amplitude * R::constant(sin);
+    input
 }
 
 /// Correlates the spool's response to a tone with the sine: its (in-phase, quadrature) parts per unit of command
@@ -235,25 +263,22 @@ pub fn response<R: Real>(
     let step = R::constant(interval / f64::from(tone.substeps));
     let stride = (wave.substeps / tone.substeps) as usize;
     let amplitude = R::constant(tone.amplitude);
-    let input = |half_step: usize| {
-        let [sin, _] = wave.table[half_step * stride];
-        let mut input = Input::constant([0.0; 7]);
-        input.command = amplitude * R::constant(sin);
-        input
-    };
-    let mut state: [R; 2] = plant.initial::<2, false>(&input(0), R::constant(0.0));
+    let at_rest = on_tone(amplitude, wave.table[0]);
+    let mut state: [R; 2] = plant.initial::<2, false>(&at_rest, R::constant(0.0));
     let mut sum = [R::constant(0.0); 2];
     for period in 0..tone.settle + tone.measure {
         let mut chunk = [R::constant(0.0); 2];
         for sample in 0..SAMPLES_PER_PERIOD {
             let first = (2 * sample * tone.substeps) as usize;
             let [sin, cos] = wave.table[first * stride];
-            let mut start = input(first);
+            let mut start = on_tone(amplitude, wave.table[first * stride]);
             let output = plant.observe::<false>(&state, &start)[0];
             chunk[0] = chunk[0] + output * R::constant(sin);
             chunk[1] = chunk[1] + output * R::constant(cos);
             for j in 0..tone.substeps as usize {
-                let (middle, end) = (input(first + 2 * j + 1), input(first + 2 * j + 2));
+                let half_step = first + 2 * j;
+                let middle = on_tone(amplitude, wave.table[(half_step + 1) * stride]);
+                let end = on_tone(amplitude, wave.table[(half_step + 2) * stride]);
                 state = advance::<R, 2, false>(plant, state, [&start, &middle, &end], step);
                 start = end;
             }

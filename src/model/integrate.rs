@@ -28,13 +28,6 @@ fn advance_inline<R: Real, const N: usize, const EFFECTS: bool>(
     inputs: [&Input<R>; 3],
     step: R,
 ) -> [R; N] {
-    let moved = |by: R, slope: &[R; N]| {
-        let mut state = state;
-        for i in 0..N {
-            state[i] = state[i] + by * slope[i];
-        }
-        state
-    };
     let [start, middle, end] = inputs;
     let heading = match EFFECTS {
         true => plant.heading(&state, start),
@@ -43,17 +36,25 @@ fn advance_inline<R: Real, const N: usize, const EFFECTS: bool>(
     let mut slope = plant.derivative::<N, EFFECTS>(&state, start, heading);
     let mut sum = slope;
     for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)] {
-        let stage = moved(step * R::constant(share), &slope);
+        let stage = moved(state, step * R::constant(share), &slope);
         slope = plant.derivative::<N, EFFECTS>(&stage, input, heading);
         for i in 0..N {
             sum[i] = sum[i] + R::constant(weight) * slope[i];
         }
     }
-    let mut end_state = moved(step * R::constant(1.0 / 6.0), &sum);
+    let mut end_state = moved(state, step * R::constant(1.0 / 6.0), &sum);
     if EFFECTS {
         plant.settle(&state, &mut end_state, [start, end], heading, step);
     }
     end_state
+}
+
+#[inline(always)]
+fn moved<R: Real, const N: usize>(mut state: [R; N], by: R, slope: &[R; N]) -> [R; N] {
+    for i in 0..N {
+        state[i] = state[i] + by * slope[i];
+    }
+    state
 }
 
 /// Steps are at most this fraction of the fastest time constant that the bounds allow.

@@ -13,18 +13,18 @@ use super::actuator::Actuator;
 pub const STEPS_OF_A_LEAP: u32 = 6;
 /// Times that the series of a leap's matrix is squared: it is summed for an eighth of the leap.
 const SQUARINGS: i32 = 3;
-/// Terms of the series of a matrix and of a part's Taylor series.
-const ORDER: usize = 8;
+/// Terms of that series.
+const TERMS: usize = 8;
+/// Order of a part's Taylor series.
+const ORDER: usize = 7;
 /// A linear step longer than this many radians may turn twice within it.
 const RADIANS: f64 = 3.0;
-/// A part may last for so many of the candidate's own time constants, where its Taylor series is good to 1e-6.
+/// A part may last for so many of the candidate's own time constants, where its Taylor series is good to 1e-5.
 const PART: f64 = 1.05;
 /// How far ahead a part looks, as a share of it, to tell which way it leaves the edge of saturation.
 const AHEAD: f64 = 1e-3;
 /// No part is shorter than this share of what is left.
 const SHORTEST: f64 = 1e-4;
-/// Newton steps to the moment at which saturation begins or ends, after a guess by the secant.
-const NEWTON: usize = 3;
 
 /// More parts than any leap needs.
 pub const MOST_PARTS: u32 = 24;
@@ -127,10 +127,9 @@ fn with_sign<R: Real>(sign: R, value: R) -> R {
 #[inline(always)]
 fn polynomial<R: Real>(c: &[R; ORDER + 1], share: R) -> R {
     let square = share * share;
-    let fourth = square * square;
     let low = (c[0] + c[1] * share) + (c[2] + c[3] * share) * square;
     let high = (c[4] + c[5] * share) + (c[6] + c[7] * share) * square;
-    low + (high + c[8] * fourth) * fourth
+    low + high * (square * square)
 }
 
 /// The edge of saturation that a part may meet.
@@ -171,7 +170,7 @@ impl<R: Real> Actuator<R> {
         let (mut kept, mut course) = (constant(0.0), constant(0.0));
         let mut term = constant(1.0);
         let mut faded = constant(0.0);
-        for n in 1..=ORDER {
+        for n in 1..=TERMS {
             let part = short * constant(1.0 / n as f64);
             (number, multiple) = (
                 -(stiffness * multiple) * part,
@@ -336,19 +335,21 @@ impl<R: Real> Actuator<R> {
         let [integrator, spool, left] = (-there).if_any_positive(
             #[inline(always)]
             || {
+                // A parabola through where the part begins, its slope there, and where the edge is passed.
                 let inside = edge.distance(error[0]).max(zero);
-                let (mut near, mut far) = (zero, last);
-                let mut share = last * (inside / (inside - there));
-                for _ in 0..NEWTON {
-                    let (z, x) = (polynomial(&integrator, share), polynomial(&spool, share));
-                    let now = edge.distance(command + ramped * share - x);
-                    let slope = edge.slope(ramped - (z - x) * followed);
-                    (near, far) = (now.if_positive(share, near), now.if_positive(far, share));
-                    let next = share - now * slope / (slope * slope + constant(1e-30));
-                    // Where the error hardly moves Newton's step leads anywhere: then it is halfway between the two.
-                    let outside = (near - next).max(next - far);
-                    share = outside.if_positive((near + far) * constant(0.5), next);
-                }
+                let fall = -edge.slope(error[1]) * last;
+                let bend = there - inside + fall;
+                let root = (fall * fall - constant(4.0) * bend * inside)
+                    .max(zero)
+                    .sqrt();
+                let guess = constant(2.0) * inside / (fall + root).max(constant(1e-30));
+                let guess = last * guess.clamp(zero, one);
+                // One step of Newton's from there.
+                let (z, x) = (polynomial(&integrator, guess), polynomial(&spool, guess));
+                let now = edge.distance(command + ramped * guess - x);
+                let slope = edge.slope(ramped - (z - x) * followed);
+                let step = now * slope / (slope * slope + constant(1e-30));
+                let share = (guess - step).clamp(zero, last);
                 let share = share.max(constant(SHORTEST));
                 [
                     polynomial(&integrator, share),

@@ -699,7 +699,14 @@ impl<R: Real> Plant<R> {
                 }
             }
             if with_flow {
-                flow = valve.flow_from(opening, &pressures).named("flow");
+                flow = match EFFECTS {
+                    true => R::outlined(
+                        #[inline(always)]
+                        || valve.flow_from(opening, &pressures),
+                    ),
+                    false => valve.flow_from(opening, &pressures),
+                }
+                .named("flow");
             }
         }
         let moment = Moment {

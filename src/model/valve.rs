@@ -265,19 +265,19 @@ impl<R: Real> Valve<R> {
         let (a, b) = (pressures.a * pascal, pressures.b * pascal);
         let forward = self.area(self.offset + x).named("forward_area");
         let backward = self.area(self.offset - x).named("backward_area");
-        let flow = |area, from, to| self.orifice.flow(area, from, to) * litres;
+        let orifice = &self.orifice;
         OrificeFlows {
-            pa: flow(forward, p, a),
-            at: flow(backward, a, t),
-            pb: flow(backward, p, b),
-            bt: flow(forward, b, t),
+            pa: orifice.flow(forward, p, a) * litres,
+            at: orifice.flow(backward, a, t) * litres,
+            pb: orifice.flow(backward, p, b) * litres,
+            bt: orifice.flow(forward, b, t) * litres,
             pt: match self.orifices {
                 Orifices::Four => R::constant(0.0),
                 // Two turbulent orifices in series pass what one of area A1 A2 / √(A1² + A2²) does.
                 Orifices::Six => {
                     let series =
                         forward * backward / (forward * forward + backward * backward).sqrt();
-                    flow(series, p, t)
+                    orifice.flow(series, p, t) * litres
                 }
             },
         }

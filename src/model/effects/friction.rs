@@ -119,11 +119,13 @@ impl<R: Real> Act<R> for Friction<R> {
         let ahead_then = self.excess(drive, start) * left;
         let spool_then = rest + half * ahead_then * left / start.time_constant;
         let turned = -(start.heading * ahead);
-        let choose = |then: R, now: R| {
-            let then = turned.if_positive(then, now);
-            self.breakaway(start).if_positive(then, now)
-        };
-        (choose(spool_then + ahead_then, lead), choose(spool_then, spool))
+        let breakaway = self.breakaway(start);
+        let lead_then = turned.if_positive(spool_then + ahead_then, lead);
+        let spool_then = turned.if_positive(spool_then, spool);
+        (
+            breakaway.if_positive(lead_then, lead),
+            breakaway.if_positive(spool_then, spool),
+        )
     }
 }
 

@@ -56,6 +56,15 @@ impl<R: Real> LineResonance<R> {
     }
 }
 
+impl<R: Real> LineResonance<R> {
+    /// The rates at which the column's flow `q` and that rate `v` change.
+    #[inline(always)]
+    fn slope(&self, q: R, v: R, input: R) -> (R, R) {
+        let pull = self.rate * (input - q) - self.twice_damping * v;
+        (v, self.rate * pull)
+    }
+}
+
 impl<R: Real> Act<R> for LineResonance<R> {
     #[inline(always)]
     fn settled(&self, own: &mut [R], value: R) {
@@ -68,17 +77,11 @@ impl<R: Real> Act<R> for LineResonance<R> {
         // Runge-Kutta on the column alone, whose input goes straight from `before` to `after`.
         let half = R::constant(0.5);
         let middle = (before + after) * half;
-        let slope = |q: R, v: R, input: R| {
-            (
-                v,
-                self.rate * (self.rate * (input - q) - self.twice_damping * v),
-            )
-        };
         let (q, v) = (own[0], own[1]);
-        let (q1, v1) = slope(q, v, before);
-        let (q2, v2) = slope(q + half * step * q1, v + half * step * v1, middle);
-        let (q3, v3) = slope(q + half * step * q2, v + half * step * v2, middle);
-        let (q4, v4) = slope(q + step * q3, v + step * v3, after);
+        let (q1, v1) = self.slope(q, v, before);
+        let (q2, v2) = self.slope(q + half * step * q1, v + half * step * v1, middle);
+        let (q3, v3) = self.slope(q + half * step * q2, v + half * step * v2, middle);
+        let (q4, v4) = self.slope(q + step * q3, v + step * v3, after);
         let sixth = step * R::constant(1.0 / 6.0);
         let two = R::constant(2.0);
         own[0] = q + sixth * (q1 + two * (q2 + q3) + q4);

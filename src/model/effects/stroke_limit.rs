@@ -56,18 +56,27 @@ impl<R: Real> Act<R> for StrokeLimit<R> {
     fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
         // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back.
         let zero = R::constant(0.0);
-        let at = |end: R, over: R, inward: R| {
-            let left = step * (over / (spool - start.spool)).clamp(zero, R::constant(1.0));
-            let ahead = inward * left;
-            let spool = end + R::constant(0.5) * ahead * left / start.time_constant;
-            (spool + ahead, spool)
-        };
         let (above, below) = (spool - self.limit, -self.limit - spool);
-        let top = at(self.limit, above, drive.min(zero));
-        let bottom = at(-self.limit, -below, drive.max(zero));
-        let choose = |top, bottom, free| above.if_positive(top, below.if_positive(bottom, free));
-        (choose(top.0, bottom.0, lead), choose(top.1, bottom.1, spool))
+        let moved = spool - start.spool;
+        let one = R::constant(1.0);
+        let since_top = step * (above / moved).clamp(zero, one);
+        let since_bottom = step * (-below / moved).clamp(zero, one);
+        let lag = start.time_constant;
+        let top = pulled_back(self.limit, drive.min(zero), since_top, lag);
+        let bottom = pulled_back(-self.limit, drive.max(zero), since_bottom, lag);
+        (
+            above.if_positive(top.0, below.if_positive(bottom.0, lead)),
+            above.if_positive(top.1, below.if_positive(bottom.1, spool)),
+        )
     }
+}
+
+/// Where integrator and spool are that were pulled off an `end` by a `drive` for `seconds`.
+#[inline(always)]
+fn pulled_back<R: Real>(end: R, drive: R, seconds: R, time_constant: R) -> (R, R) {
+    let ahead = drive * seconds;
+    let spool = end + R::constant(0.5) * ahead * seconds / time_constant;
+    (spool + ahead, spool)
 }
 
 #[cfg(test)]

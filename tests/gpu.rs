@@ -1,4 +1,5 @@
-//! Many jobs and searches at once on every evaluator, and what the GPU evaluator does with time, memory and a device that is lost.
+//! Many jobs and searches at once on every evaluator, and what the GPU evaluator does with time, memory and a device
+//! that is lost.
 //!
 //! `SERVOBEE_SKIP_GPU=1` lets these tests pass on a machine without an adapter, and says so.
 

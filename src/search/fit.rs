@@ -124,9 +124,9 @@ pub fn fit(
     Ok(fits.into_iter().next().expect("one fit for one problem"))
 }
 
-/// Fits every problem by its plan, all at once: the bees [`forage`] together, and then the polishes share the CPU's cores.
-/// Each fit is what [`fit`] would make of it alone. One problem with several seeds is a search with restarts. `progress` is
-/// told each generation that is done.
+/// Fits every problem by its plan, all at once: the bees [`forage`] together, and then the polishes share the CPU's
+/// cores. Each fit is what [`fit`] would make of it alone. One problem with several seeds is a search with restarts.
+/// `progress` is told each generation that is done.
 ///
 /// # Errors
 /// As [`fit`]; of several errors, that of the first problem.

@@ -14,8 +14,8 @@ pub struct Swarm<'a> {
 }
 
 /// Lets all swarms forage until each is finished, generation by generation in lockstep: many small swarms fill a device
-/// that each alone would leave idle. Each finds, bit by bit, what it finds alone. `progress` is told each generation that
-/// is done.
+/// that each alone would leave idle. Each finds, bit by bit, what it finds alone. `progress` is told each generation
+/// that is done.
 ///
 /// # Errors
 /// If the evaluator fails.

@@ -1,17 +1,24 @@
 //! What a search costs beside its evaluations, and whole fits: `cargo bench --bench search`.
 
+#[path = "shared/evaluators.rs"]
+mod evaluators;
+
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use servobee::evaluate::problem::{Data, Series, Stream};
-use servobee::evaluate::{Cost, CpuEvaluator, Precision, Problem, parameters_for, structure_for};
+use servobee::evaluate::{
+    Cost, CpuEvaluator, Evaluator, Precision, Problem, parameters_for, structure_for, workload,
+};
 use servobee::model::Parameter;
 use servobee::rig::Setup;
 use servobee::search::datasheet::{Case, FULL_SCALE};
-use servobee::search::{Bees, Plan, Settings, Start, fit};
+use servobee::search::{Bees, Fit, Plan, Settings, Start, fit, fit_all};
 
 const GENERATIONS: usize = 20;
+/// Fits one after another and together.
+const FITS: u64 = 64;
 
 /// Ask and tell alone: the cost of a candidate is one multiplication a parameter.
 fn generations(criterion: &mut Criterion) {
@@ -47,19 +54,24 @@ fn generations(criterion: &mut Criterion) {
     }
 }
 
+/// The paper's settings, without polish.
+fn paper(seed: u64) -> Plan {
+    Plan {
+        settings: Settings::paper(),
+        start: Start::Uniform,
+        seed,
+        polish: false,
+        coloured: false,
+    }
+}
+
 /// The paper's search for K, T and S of the D675, from the phases at 90 %.
 fn datasheet(criterion: &mut Criterion) {
     let sheets = Case::D675
         .sheets(FULL_SCALE, Stream::Paper)
         .expect("a built-in case");
     let problem = &sheets[1].problem;
-    let plan = Plan {
-        settings: Settings::paper(),
-        start: Start::Uniform,
-        seed: 1,
-        polish: false,
-        coloured: false,
-    };
+    let plan = paper(1);
     let mut group = criterion.benchmark_group("fit");
     group
         .sample_size(10)
@@ -107,5 +119,39 @@ fn record(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, generations, datasheet, record);
+/// The paper's search on 200 rows, for many valves: one after another and together.
+fn many(criterion: &mut Criterion) {
+    // Each has its data on the device.
+    let problems: Vec<Problem> = (0..FITS).map(|_| workload::actuator(200)).collect();
+    let plans: Vec<Plan> = (0..FITS).map(paper).collect();
+    let tasks: Vec<(&Problem, &Plan)> = problems.iter().zip(&plans).collect();
+    let apart = |evaluator: &mut dyn Evaluator| -> Vec<Fit> {
+        let one = |(problem, plan): &(&Problem, &Plan)| fit(problem, evaluator, plan, &mut |_| {});
+        let fits: servobee::Result<_> = tasks.iter().map(one).collect();
+        fits.expect("fits")
+    };
+    let together = |evaluator: &mut dyn Evaluator| {
+        fit_all(black_box(&tasks), evaluator, &mut |_| {}).expect("fits")
+    };
+    let mut group = criterion.benchmark_group(format!("{FITS} fits"));
+    group
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(5))
+        .throughput(Throughput::Elements(FITS));
+    for (name, mut evaluator) in evaluators::evaluators() {
+        let evaluator = &mut *evaluator;
+        // Written out, an f64 is told from every other.
+        let [one, other] = [apart(evaluator), together(evaluator)].map(|fits| format!("{fits:?}"));
+        assert!(one == other, "{name}: fits together differ from fits apart");
+        group.bench_function(BenchmarkId::new(&name, "one after another"), |bencher| {
+            bencher.iter(|| apart(evaluator));
+        });
+        group.bench_function(BenchmarkId::new(&name, "together"), |bencher| {
+            bencher.iter(|| together(evaluator));
+        });
+    }
+}
+
+criterion_group!(benches, generations, datasheet, record, many);
 criterion_main!(benches);

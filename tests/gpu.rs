@@ -1,4 +1,5 @@
-//! Many jobs at once on every evaluator, and what the GPU evaluator does with time, memory and a device that is lost.
+//! Many jobs and searches at once on every evaluator, and what the GPU evaluator does with time, memory and a device
+//! that is lost.
 //!
 //! `SERVOBEE_SKIP_GPU=1` lets these tests pass on a machine without an adapter, and says so.
 
@@ -7,6 +8,7 @@ mod common;
 use common::{Record, case, problem, random};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best};
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Population, Precision, Problem};
+use servobee::search::{Plan, Settings, Start, fit, fit_all};
 
 /// An evaluator on the best adapter; none where there is no adapter and the caller has allowed that.
 fn gpu() -> Option<GpuEvaluator> {
@@ -104,6 +106,87 @@ fn many_small_jobs_at_once_cost_what_each_costs_alone() {
             assert_eq!(bits(costs), bits(&alone));
         }
     }
+}
+
+/// A plan with `generations` after the scouts.
+fn plan(generations: usize, seed: u64, polish: bool) -> Plan {
+    Plan {
+        settings: Settings {
+            itr: generations,
+            ..Settings::paper()
+        },
+        start: Start::Uniform,
+        seed,
+        polish,
+        coloured: false,
+    }
+}
+
+#[test]
+fn a_search_finds_among_others_what_it_finds_alone() {
+    // Records and tones of several structures, and the same problem twice: they end after 1 to 9 generations.
+    let tasks = [
+        ("actuator, held", plan(4, 1, true)),
+        ("tones, paper", plan(1, 2, false)),
+        ("records of many lengths", plan(9, 3, false)),
+        ("actuator, held", plan(2, 4, true)),
+        ("actuator and table valve", plan(4, 5, false)),
+        ("tones, settled", plan(6, 6, false)),
+    ]
+    .map(|(name, plan)| (case(name).problem, plan));
+    let tasks: Vec<(&Problem, &Plan)> = tasks
+        .iter()
+        .map(|(problem, plan)| (problem, plan))
+        .collect();
+    for mut evaluator in evaluators() {
+        let name = evaluator.describe();
+        let mut generations = Vec::new();
+        let together = fit_all(&tasks, &mut *evaluator, &mut |done| generations.push(done));
+        let together = together.expect("fits");
+        assert_eq!(generations, Vec::from_iter(0..=9), "{name}");
+        assert_eq!(together.len(), tasks.len(), "{name}");
+        for (found, (problem, plan)) in together.iter().zip(&tasks) {
+            let history = &found.search.history;
+            assert_eq!(history.len(), plan.settings.itr + 1, "{name}");
+            assert_eq!(found.polished.is_some(), plan.polish, "{name}");
+            let alone = fit(problem, &mut *evaluator, plan, &mut |_| {}).expect("a fit");
+            assert_eq!(bits(history), bits(&alone.search.history), "{name}");
+            // Written out, an f64 is told from every other.
+            assert_eq!(format!("{found:?}"), format!("{alone:?}"), "{name}");
+        }
+    }
+}
+
+/// Counts the jobs of each call.
+struct Counting(CpuEvaluator, Vec<usize>);
+
+impl Evaluator for Counting {
+    fn describe(&self) -> String {
+        self.0.describe()
+    }
+
+    fn costs_of(&mut self, jobs: &[Job<'_>]) -> servobee::Result<Vec<Vec<Cost>>> {
+        self.1.push(jobs.len());
+        self.0.costs_of(jobs)
+    }
+}
+
+#[test]
+fn searches_are_evaluated_together_until_each_has_finished() {
+    let free = case("actuator, held").problem;
+    let mut fixed = free.clone();
+    fixed.parameters.iter_mut().for_each(|p| p.fixed = true);
+    let plans = [3, 1, 5, 3].map(|generations| plan(generations, 1, false));
+    let mut tasks: Vec<(&Problem, &Plan)> = plans.iter().map(|plan| (&free, plan)).collect();
+    tasks.insert(1, (&fixed, &plans[0]));
+    let mut evaluator = Counting(CpuEvaluator::new(Precision::F32), Vec::new());
+    let fits = fit_all(&tasks, &mut evaluator, &mut |_| {}).expect("fits");
+    assert_eq!(evaluator.1, [4, 4, 3, 3, 1, 1]);
+    assert_eq!((fits[1].evaluations, fits[1].values()), (1, &[][..]));
+    assert_eq!(fits[1].cost(), fits[1].cost_at_start);
+    let none = fit_all(&[], &mut evaluator, &mut |_| {}).expect("no fits");
+    assert!(none.is_empty());
+    assert_eq!(evaluator.1.len(), 6);
 }
 
 #[test]

@@ -14,7 +14,7 @@ use servobee::report::{
 };
 use servobee::report::{ModelFile, OutputFolder};
 use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
-use servobee::search::{Fit, Neighbourhood, Plan, Settings, Start, fit};
+use servobee::search::{Fit, Neighbourhood, Plan, Settings, Start, fit_all};
 use servobee::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -116,7 +116,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut report: Option<Document> = None;
     for sheet in &sheets {
         let started = Instant::now();
-        let results = fit_all(sheet, &mut chosen, arguments)?;
+        let results = fits(sheet, &mut chosen, arguments)?;
         let best = results
             .last()
             .map(|(_, fit)| fit)
@@ -205,43 +205,44 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
 }
 
 /// The paper's settings from both starts, and a large search with polish, which is the result.
-fn fit_all(
+fn fits(
     sheet: &Sheet,
     chosen: &mut Chosen,
     arguments: &Arguments,
 ) -> Result<Vec<(&'static str, Fit)>> {
-    let (paper, seed) = (arguments.ngh.paper(), arguments.options.seed);
+    let paper = arguments.ngh.paper();
+    let plan = |settings, start, polish| Plan {
+        settings,
+        start,
+        seed: arguments.options.seed,
+        polish,
+        coloured: false,
+    };
     let hand_set = Start::Near(sheet.problem.start());
     let plans = [
-        ("paper's settings, hand-set start", paper, hand_set, false),
+        (
+            "paper's settings, hand-set start",
+            plan(paper, hand_set, false),
+        ),
         (
             "paper's settings, uniform start",
-            paper,
-            Start::Uniform,
-            false,
+            plan(paper, Start::Uniform, false),
         ),
         (
             "large search, uniform start, polished",
-            Settings::large(),
-            Start::Uniform,
-            true,
+            plan(Settings::large(), Start::Uniform, true),
         ),
     ];
-    let mut results = Vec::new();
-    for (name, settings, start, polish) in plans {
-        let (bar, mut tick) = progress(name, settings.itr);
-        let plan = Plan {
-            settings,
-            start,
-            seed,
-            polish,
-            coloured: false,
-        };
-        let result = fit(&sheet.problem, chosen.evaluator.as_mut(), &plan, &mut tick);
-        bar.finish_and_clear();
-        results.push((name, result?));
-    }
-    Ok(results)
+    let generations = plans.iter().map(|(_, plan)| plan.settings.itr).max();
+    let (bar, mut tick) = progress(&sheet.title, generations.expect("three plans"));
+    let tasks = plans.each_ref().map(|(_, plan)| (&sheet.problem, plan));
+    let found = fit_all(&tasks, chosen.evaluator.as_mut(), &mut tick);
+    bar.finish_and_clear();
+    Ok(plans
+        .map(|(name, _)| name)
+        .into_iter()
+        .zip(found?)
+        .collect())
 }
 
 fn print(sheet: &Sheet, results: &[(&str, Fit)]) {

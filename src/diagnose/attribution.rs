@@ -4,7 +4,7 @@ use super::evidence::{Evidence, Model, Side};
 use super::screen::{Screened, Screening};
 use super::{Comparison, improvement};
 use crate::Result;
-use crate::evaluate::Evaluator;
+use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
 use crate::search::{Moves, Neighbourhood, Settings, Variant};
 use rayon::prelude::*;
@@ -201,15 +201,19 @@ impl<'a> Search<'a> {
             .filter(|one| one.p_value <= LEVEL && one.promise >= PLAUSIBLE * best)
             .take(REFITTED.0)
             .collect();
+        (self.progress)(&format!(
+            "round {round}: trying {} effects",
+            plausible.len()
+        ));
+        let first = |one: &&Screened| self.evidence.extended(model, one.effect, &one.starts[0].0);
+        let first: Vec<Problem> = plausible.iter().map(first).collect();
+        let (found, evaluations) = self.evidence.forage(&first, SWARM, self.evaluator)?;
+        self.evaluations += evaluations;
         let mut starts = Vec::new();
-        for one in &plausible {
-            (self.progress)(&format!("round {round}: {}", one.effect));
+        for (one, found) in plausible.iter().zip(found) {
             for (start, _) in one.starts.iter().take(2) {
                 starts.push((one.effect, self.evidence.extended(model, one.effect, start)));
             }
-            let first = self.evidence.extended(model, one.effect, &one.starts[0].0);
-            let (found, evaluations) = self.evidence.forage(&first, SWARM, self.evaluator)?;
-            self.evaluations += evaluations;
             starts.push((one.effect, found));
         }
         (self.progress)(&format!("round {round}: polishing"));

@@ -8,7 +8,8 @@ use crate::evaluate::{Evaluator, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Parameter, Signal, Structure};
 use crate::search::polish::{PolishOptions, polish};
-use crate::search::{self, Bees, Settings};
+use crate::search::{self, Bees, Settings, Swarm};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
@@ -190,27 +191,31 @@ impl Evidence {
         self.problem(&structure, &start)
     }
 
-    /// Searches with bees around the problem's start.
+    /// Searches with bees around the start of each problem, all at once. Returns the problems, starting at the best that
+    /// was found, and the candidates evaluated.
     pub(super) fn forage(
         &self,
-        problem: &Problem,
+        problems: &[Problem],
         settings: Settings,
         evaluator: &mut dyn Evaluator,
-    ) -> Result<(Problem, usize)> {
-        let free = problem.free();
-        let start = search::Start::From(problem.start());
-        let mut bees = Bees::new(&free, settings, start, self.seed)?;
-        while !bees.finished() {
-            let costs = evaluator.costs(problem, &bees.ask())?;
-            bees.tell(&costs);
+    ) -> Result<(Vec<Problem>, usize)> {
+        let mut swarms = Vec::new();
+        for problem in problems {
+            let start = search::Start::From(problem.start());
+            let bees = Bees::new(&problem.free(), settings, start, self.seed)?;
+            swarms.push(Swarm { problem, bees });
         }
-        let mut found = problem.clone();
-        let better =
-            reference::cost(problem, bees.best().0) < reference::cost(problem, &problem.start());
-        if better {
-            set_start(&mut found, bees.best().0);
-        }
-        Ok((found, bees.evaluations()))
+        search::forage(&mut swarms, evaluator, &mut |_| {})?;
+        let found = |&Swarm { problem, ref bees }: &Swarm| {
+            let mut found = problem.clone();
+            let best = bees.best().0;
+            if reference::cost(problem, best) < reference::cost(problem, &problem.start()) {
+                set_start(&mut found, best);
+            }
+            found
+        };
+        let evaluations = swarms.iter().map(|swarm| swarm.bees.evaluations()).sum();
+        Ok((swarms.par_iter().map(found).collect(), evaluations))
     }
 
     /// Polishes from the problem's start; `None` where that diverges.

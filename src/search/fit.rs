@@ -4,11 +4,12 @@ use super::polish::{
     Kind, LeastSquares, PolishOptions, Polished, Uncertainty, UncertaintyOptions, Unidentifiable,
     autocorrelation_inflation, polish, profile,
 };
-use super::{Bees, Settings, Start};
+use super::{Bees, Settings, Start, Swarm, forage};
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem};
 use crate::evaluate::{Cost, Evaluator, reference};
 use crate::model::Parameter;
+use rayon::prelude::*;
 
 impl LeastSquares for Problem {
     fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
@@ -65,6 +66,18 @@ pub struct Search {
     pub evaluations: usize,
 }
 
+impl From<Swarm<'_>> for Search {
+    fn from(Swarm { problem, bees }: Swarm<'_>) -> Self {
+        let values = bees.best().0.to_vec();
+        Self {
+            cost: reference::cost(problem, &values),
+            values,
+            history: bees.history().to_vec(),
+            evaluations: bees.evaluations(),
+        }
+    }
+}
+
 /// A fit's result.
 #[derive(Debug, Clone)]
 pub struct Fit {
@@ -107,18 +120,43 @@ pub fn fit(
     plan: &Plan,
     progress: &mut dyn FnMut(usize),
 ) -> Result<Fit> {
-    let free = problem.free();
-    let search = match free.is_empty() {
-        // Nothing to search: the problem's own values are scored.
-        true => Search {
-            values: Vec::new(),
-            cost: reference::cost(problem, &[]),
-            history: Vec::new(),
-            evaluations: 1,
-        },
-        false => search(problem, &free, evaluator, plan, progress)?,
-    };
-    finish(problem, free, search, plan)
+    let fits = fit_all(&[(problem, plan)], evaluator, progress)?;
+    Ok(fits.into_iter().next().expect("one fit for one problem"))
+}
+
+/// Fits every problem by its plan, all at once: the bees [`forage`] together, and then the polishes share the CPU's
+/// cores. Each fit is what [`fit`] would make of it alone. One problem with several seeds is a search with restarts.
+/// `progress` is told each generation that is done.
+///
+/// # Errors
+/// As [`fit`]; of several errors, that of the first problem.
+pub fn fit_all(
+    tasks: &[(&Problem, &Plan)],
+    evaluator: &mut dyn Evaluator,
+    progress: &mut dyn FnMut(usize),
+) -> Result<Vec<Fit>> {
+    let mut swarms = Vec::new();
+    for &(problem, plan) in tasks {
+        let free = problem.free();
+        swarms.push(match free.is_empty() {
+            // Nothing to search: the problem's own values are scored.
+            true => None,
+            false => Some(Swarm {
+                problem,
+                bees: Bees::new(&free, plan.settings, plan.start.clone(), plan.seed)?,
+            }),
+        });
+    }
+    forage(swarms.iter_mut().flatten(), evaluator, progress)?;
+    let fits: Vec<Result<Fit>> = tasks
+        .par_iter()
+        .zip(swarms)
+        .map(|(&(problem, plan), swarm)| match swarm {
+            Some(swarm) => finish(problem, swarm.into(), plan),
+            None => refine(problem, &[], plan),
+        })
+        .collect();
+    fits.into_iter().collect()
 }
 
 /// Polishes `values` of the free parameters without a search before it, as [`fit`] does after its search.
@@ -132,10 +170,11 @@ pub fn refine(problem: &Problem, values: &[f64], plan: &Plan) -> Result<Fit> {
         history: Vec::new(),
         evaluations: 1,
     };
-    finish(problem, problem.free(), search, plan)
+    finish(problem, search, plan)
 }
 
-fn finish(problem: &Problem, free: Vec<Parameter>, search: Search, plan: &Plan) -> Result<Fit> {
+fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
+    let free = problem.free();
     let mut evaluations = search.evaluations;
     let polished = match plan.polish && !free.is_empty() {
         false => None,
@@ -168,30 +207,6 @@ fn finish(problem: &Problem, free: Vec<Parameter>, search: Search, plan: &Plan) 
         search,
         polished,
         evaluations,
-    })
-}
-
-/// The Bees Algorithm on `evaluator`.
-fn search(
-    problem: &Problem,
-    free: &[Parameter],
-    evaluator: &mut dyn Evaluator,
-    plan: &Plan,
-    progress: &mut dyn FnMut(usize),
-) -> Result<Search> {
-    let mut bees = Bees::new(free, plan.settings, plan.start.clone(), plan.seed)?;
-    while !bees.finished() {
-        let population = bees.ask();
-        let costs = evaluator.costs(problem, &population)?;
-        bees.tell(&costs);
-        progress(bees.generation());
-    }
-    let values = bees.best().0.to_vec();
-    Ok(Search {
-        cost: reference::cost(problem, &values),
-        values,
-        history: bees.history().to_vec(),
-        evaluations: bees.evaluations(),
     })
 }
 

@@ -3,7 +3,9 @@
 mod bees;
 pub mod datasheet;
 mod fit;
+mod forage;
 pub mod polish;
 
 pub use bees::{Bees, Moves, Neighbourhood, Settings, Start, Variant};
-pub use fit::{Fit, Plan, Search, fit, refine};
+pub use fit::{Fit, Plan, Search, fit, fit_all, refine};
+pub use forage::{Swarm, forage};

@@ -24,8 +24,6 @@ const CANDIDATES: usize = 16_384;
 const RUNS: usize = 3;
 /// Candidates whose trajectories are written.
 const TRAJECTORIES: usize = 64;
-/// The stand-alone loop's integration steps from one row to the next: what the base model takes with RK4.
-const STEPS: usize = 5;
 /// Rows that are summed before the sum is added to the total, as the evaluators do.
 const CHUNK: usize = 128;
 
@@ -68,8 +66,13 @@ fn main() {
         false => &population,
     };
     let mut peers = ours(&problem, &choose);
-    peers.push(alone::<32>(record(&problem), &choose));
-    peers.push(alone::<64>(record(&problem), &choose));
+    let rows = record(&problem);
+    peers.push(alone::<Rk4, 32, 5>(rows, &choose));
+    peers.push(alone::<Rk4, 64, 5>(rows, &choose));
+    // What steps small enough for the accuracy of our leaps cost.
+    peers.push(alone::<Rk4, 64, 20>(rows, &choose));
+    peers.push(alone::<Rk4, 64, 80>(rows, &choose));
+    peers.push(alone::<Midpoint, 64, 80>(rows, &choose));
     let costs: Vec<Vec<f64>> = peers.iter_mut().map(|peer| (peer.costs)()).collect();
     // In turn, so that what else the machine does meets all of them.
     for _ in 0..runs {
@@ -147,11 +150,11 @@ fn ours<'a>(problem: &'a Problem, choose: &impl Fn(&str) -> &'a Population) -> V
     evaluators::evaluators().into_iter().map(peer).collect()
 }
 
-fn alone<'a, const W: usize>(
+fn alone<'a, M: Method, const W: usize, const STEPS: usize>(
     record: &'a Series,
     choose: &impl Fn(&str) -> &'a Population,
 ) -> Peer<'a> {
-    let name = format!("stand-alone loop x{W}");
+    let name = format!("stand-alone {} x{W}, {STEPS} steps", M::NAME);
     let population = choose(&name);
     let costs = Box::new(move || {
         let batches = (0..population.len()).into_par_iter().step_by(W);
@@ -162,7 +165,7 @@ fn alone<'a, const W: usize>(
                     population.candidate(last.min(first + i))[j] as f32
                 }))
             };
-            batch_cost::<W>(&record.samples, [value(0), value(1), value(2)])
+            batch_cost::<M, W, STEPS>(&record.samples, [value(0), value(1), value(2)])
         });
         let mut costs: Vec<f64> = costs.flat_map_iter(|batch| batch.map(f64::from)).collect();
         costs.truncate(population.len());
@@ -171,7 +174,8 @@ fn alone<'a, const W: usize>(
     let trajectory = Box::new(|values: &[f64]| {
         let value = |j: usize| Batch::<W>::splat(values[j] as f32);
         let mut spool = Vec::with_capacity(ROWS);
-        simulate(&record.samples, [value(0), value(1), value(2)], |_, x| {
+        let values = [value(0), value(1), value(2)];
+        simulate::<M, _, STEPS>(&record.samples, values, |_, x: Batch<W>| {
             spool.push(x.0[0].into());
         });
         spool
@@ -236,26 +240,63 @@ impl<const W: usize> Number for Batch<W> {
     }
 }
 
+/// How a step is taken.
+trait Method {
+    const NAME: &'static str;
+    fn step<R: Number>(valve: [R; 3], state: [R; 2], command: R, step: f32) -> [R; 2];
+}
+
+/// The classical Runge-Kutta method, of fourth order where nothing saturates.
+struct Rk4;
+
+impl Method for Rk4 {
+    const NAME: &'static str = "RK4";
+    #[inline(always)]
+    fn step<R: Number>(valve: [R; 3], [z, x]: [R; 2], command: R, step: f32) -> [R; 2] {
+        let [half, whole, sixth] = [R::splat(0.5 * step), R::splat(step), R::splat(step / 6.0)];
+        let two = R::splat(2.0);
+        let (za, xa) = slope(valve, z, x, command);
+        let (zb, xb) = slope(valve, z + half * za, x + half * xa, command);
+        let (zc, xc) = slope(valve, z + half * zb, x + half * xb, command);
+        let (zd, xd) = slope(valve, z + whole * zc, x + whole * xc, command);
+        [
+            z + sixth * (za + two * zb + two * zc + zd),
+            x + sixth * (xa + two * xb + two * xc + xd),
+        ]
+    }
+}
+
+/// The midpoint method, of second order everywhere, at half the cost of a step.
+struct Midpoint;
+
+impl Method for Midpoint {
+    const NAME: &'static str = "midpoint";
+    #[inline(always)]
+    fn step<R: Number>(valve: [R; 3], [z, x]: [R; 2], command: R, step: f32) -> [R; 2] {
+        let (half, whole) = (R::splat(0.5 * step), R::splat(step));
+        let (za, xa) = slope(valve, z, x, command);
+        let (zb, xb) = slope(valve, z + half * za, x + half * xa, command);
+        [z + whole * zb, x + whole * xb]
+    }
+}
+
 /// Integrates from the equilibrium with the first command, and hands every row and the spool there to `row`.
 #[inline(always)]
-fn simulate<R: Number>(samples: &[Sample], values: [R; 3], mut row: impl FnMut(usize, R)) {
+fn simulate<M: Method, R: Number, const STEPS: usize>(
+    samples: &[Sample],
+    values: [R; 3],
+    mut row: impl FnMut(usize, R),
+) {
     let [gain, time_constant, saturation] = values;
     let valve = [gain, time_constant.inverse(), saturation];
     let step = 1e-3 / STEPS as f32;
-    let [half, whole, sixth] = [0.5 * step, step, step / 6.0].map(R::splat);
-    let two = R::splat(2.0);
     let first = R::splat(samples[0].input[0] as f32);
-    let (mut z, mut x) = (first, first);
+    let mut state = [first; 2];
     for (k, sample) in samples.iter().enumerate() {
-        row(k, x);
+        row(k, state[1]);
         let command = R::splat(sample.input[0] as f32);
         for _ in 0..STEPS {
-            let (za, xa) = slope(valve, z, x, command);
-            let (zb, xb) = slope(valve, z + half * za, x + half * xa, command);
-            let (zc, xc) = slope(valve, z + half * zb, x + half * xb, command);
-            let (zd, xd) = slope(valve, z + whole * zc, x + whole * xc, command);
-            z = z + sixth * (za + two * zb + two * zc + zd);
-            x = x + sixth * (xa + two * xb + two * xc + xd);
+            state = M::step(valve, state, command, step);
         }
     }
 }
@@ -267,9 +308,9 @@ fn slope<R: Number>([gain, rate, saturation]: [R; 3], z: R, x: R, command: R) ->
 }
 
 #[inline(always)]
-fn cost<R: Number>(samples: &[Sample], values: [R; 3]) -> R {
+fn cost<M: Method, R: Number, const STEPS: usize>(samples: &[Sample], values: [R; 3]) -> R {
     let (mut total, mut chunk) = (R::splat(0.0), R::splat(0.0));
-    simulate(
+    simulate::<M, R, STEPS>(
         samples,
         values,
         #[inline(always)]
@@ -286,27 +327,36 @@ fn cost<R: Number>(samples: &[Sample], values: [R; 3]) -> R {
 }
 
 /// [`cost`] compiled for the widest vectors that the CPU has.
-fn batch_cost<const W: usize>(samples: &[Sample], values: [Batch<W>; 3]) -> [f32; W] {
+fn batch_cost<M: Method, const W: usize, const STEPS: usize>(
+    samples: &[Sample],
+    values: [Batch<W>; 3],
+) -> [f32; W] {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx512f")]
-        fn avx512<const W: usize>(samples: &[Sample], values: [Batch<W>; 3]) -> [f32; W] {
-            cost(samples, values).0
+        fn avx512<M: Method, const W: usize, const STEPS: usize>(
+            samples: &[Sample],
+            values: [Batch<W>; 3],
+        ) -> [f32; W] {
+            cost::<M, _, STEPS>(samples, values).0
         }
         #[target_feature(enable = "avx2,fma")]
-        fn avx2<const W: usize>(samples: &[Sample], values: [Batch<W>; 3]) -> [f32; W] {
-            cost(samples, values).0
+        fn avx2<M: Method, const W: usize, const STEPS: usize>(
+            samples: &[Sample],
+            values: [Batch<W>; 3],
+        ) -> [f32; W] {
+            cost::<M, _, STEPS>(samples, values).0
         }
         if is_x86_feature_detected!("avx512f") {
             // SAFETY: the CPU has it.
-            return unsafe { avx512(samples, values) };
+            return unsafe { avx512::<M, W, STEPS>(samples, values) };
         }
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             // SAFETY: the CPU has both.
-            return unsafe { avx2(samples, values) };
+            return unsafe { avx2::<M, W, STEPS>(samples, values) };
         }
     }
-    cost(samples, values).0
+    cost::<M, _, STEPS>(samples, values).0
 }
 
 fn write<'a>(

@@ -154,7 +154,7 @@ fn alone<'a, M: Method, const W: usize, const STEPS: usize>(
     record: &'a Series,
     choose: &impl Fn(&str) -> &'a Population,
 ) -> Peer<'a> {
-    let name = format!("stand-alone {} x{W}, {STEPS} steps", M::NAME);
+    let name = format!("stand-alone {} x{W} {STEPS} steps", M::NAME);
     let population = choose(&name);
     let costs = Box::new(move || {
         let batches = (0..population.len()).into_par_iter().step_by(W);

@@ -20,6 +20,8 @@ struct Input {
 struct Sample {
     step: f32,
     substeps: u32,
+    leap: f32,
+    leaps: u32,
     pieces: u32,
     weight: f32,
     input: Input,
@@ -138,6 +140,7 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
         sum = results[place].xyz;
     }
     var chunk = vec3<f32>(0.0);
+    depart(plant, record, begin);
     for (var k = begin; k < end && !failed; k++) {
         let sample = samples[record.first + k];
         var arrived = sample.input.command;

@@ -22,11 +22,16 @@ fn one_leap(plant: Plant, stride: Stride, before: State, command: f32, ramp: f32
 // The stride of the last interval: records have few lengths of rows.
 var<private> known: Stride;
 
+// What comes before the rows from number `begin` on.
+fn depart(plant: Plant, record: Series, begin: u32) {
+    known = stride_of(plant, samples[record.first + begin].leap);
+}
+
 // Moves the spool from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
 fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
     let sample = samples[record.first + k];
-    let leaps = max((sample.substeps + STEPS_OF_A_LEAP - 1u) / STEPS_OF_A_LEAP, 1u);
-    let length = sample.step * (f32(sample.substeps) / f32(leaps));
+    let leaps = sample.leaps;
+    let length = sample.leap;
     var state = before;
     if (DELAYED) {
         var acts = input.command;
@@ -51,7 +56,8 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
         }
         return state;
     }
-    if (known.length != length) {
+    // Devices that run all branches would pay for this one at every row.
+    if (!EVEN && known.length != length) {
         known = stride_of(plant, length);
     }
     var ramp = 0.0;

@@ -57,6 +57,10 @@ fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, fir
     return state;
 }
 
+// What comes before the rows from number `begin` on: nothing.
+fn depart(plant: Plant, record: Series, begin: u32) {
+}
+
 // Integrates from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
 fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
     if (DELAYED) {

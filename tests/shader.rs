@@ -86,7 +86,8 @@ macro_rules! fields {
 fn host_and_shader_lay_out_memory_alike() {
     let problem = case("actuator, held").problem;
     let (module, _) = validated("actuator", &wgsl::compose(&problem));
-    let mut sample = fields!(Sample: step, substeps, pieces, weight, input, time_rest, target);
+    let mut sample =
+        fields!(Sample: step, substeps, leap, leaps, pieces, weight, input, time_rest, target);
     // The host's three targets have a name each in the shader.
     let (_, target) = sample.pop().expect("the targets");
     for (name, i) in ["spool", "flow", "position"].iter().zip(0..) {

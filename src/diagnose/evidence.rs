@@ -209,7 +209,8 @@ impl Evidence {
         let found = |&Swarm { problem, ref bees }: &Swarm| {
             let mut found = problem.clone();
             let best = bees.best().0;
-            if reference::cost(problem, best) < reference::cost(problem, &problem.start()) {
+            let cost = |free: &[f64]| reference::cost(problem, free).unwrap_or(f64::INFINITY);
+            if cost(best) < cost(&problem.start()) {
                 set_start(&mut found, best);
             }
             found

@@ -232,6 +232,20 @@ impl Problem {
         self.structure.leaps() && matches!(*self.data, Data::Series(_))
     }
 
+    /// Whether all rows of all records are equally far apart, so that all leaps are alike.
+    pub fn is_even(&self) -> bool {
+        let Data::Series(all) = &*self.data else {
+            return true;
+        };
+        let intervals = |one: &Series| one.samples.len().saturating_sub(1);
+        let mut parts = all
+            .iter()
+            .flat_map(|one| &one.samples[..intervals(one)])
+            .map(|sample| sample.parts(true));
+        let first = parts.next();
+        parts.all(|part| Some(part) == first)
+    }
+
     /// Integration steps, or leaps, that one candidate takes on all the data.
     pub fn steps(&self) -> u64 {
         let leaps = self.leaps();

@@ -5,7 +5,6 @@ use super::problem::{Data, Problem, Series, Tone, Wave};
 use super::simulate::{outputs, response, series, squares, with_states};
 use crate::model::real::Dual;
 use crate::model::{Plant, Real, Structure};
-use pulp::Arch;
 
 /// The outputs of every row of every record, in the order of [`crate::model::Output::ALL`], for values of all parameters.
 pub fn trajectories(
@@ -32,15 +31,6 @@ pub fn responses(structure: &Structure, values: &[f64], tones: &[Tone]) -> Vec<(
 
 /// The cost of a candidate's free values, or `None` where it diverges.
 pub fn cost(problem: &Problem, free: &[f64]) -> Option<f64> {
-    // Compiled for the widest vectors that there are.
-    Arch::new().dispatch(
-        #[inline(always)]
-        || cost_of(problem, free),
-    )
-}
-
-#[inline(always)]
-fn cost_of(problem: &Problem, free: &[f64]) -> Option<f64> {
     let values = problem.complete(free, |fixed| fixed);
     let plant = Plant::new(&problem.structure, &values);
     let mut diverged = false;
@@ -113,19 +103,6 @@ pub fn residuals(problem: &Problem, free: &[f64], row: &mut dyn FnMut(f64, &[f64
 
 /// The residuals with their derivatives with respect to the [`PASS`] free parameters from number `first` on.
 fn pass(
-    problem: &Problem,
-    free: &[f64],
-    first: usize,
-    row: &mut dyn FnMut(f64, &[f64; PASS]),
-) -> bool {
-    Arch::new().dispatch(
-        #[inline(always)]
-        || pass_of(problem, free, first, row),
-    )
-}
-
-#[inline(always)]
-fn pass_of(
     problem: &Problem,
     free: &[f64],
     first: usize,

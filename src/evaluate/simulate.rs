@@ -180,7 +180,6 @@ fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 7] {
 /// The outputs at every row of `record`, in `f64`, in the order of [`crate::model::Output::ALL`]. `values` are those of
 /// all parameters. What has diverged is not finite.
 pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f64; 3]> {
-    #[inline(always)]
     fn run<R: Valued, const N: usize, const EFFECTS: bool>(
         structure: &Structure,
         values: &[R],
@@ -194,10 +193,7 @@ pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f
         });
         rows
     }
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || with_states!(structure, run::<f64>(structure, values, record)),
-    )
+    with_states!(structure, run::<f64>(structure, values, record))
 }
 
 /// Sums weighted squared errors of each output over a record: `slice_done` gets the sums of every slice of [`SLICE`]

@@ -4,7 +4,7 @@ use super::STATE_LIMIT;
 use super::problem::{Problem, SAMPLES_PER_PERIOD};
 use super::simulate::{CHUNK, SLICE, with_states};
 use crate::model::integrate::advance;
-use crate::model::leap::{MOST_PARTS, Place, STEPS_OF_A_LEAP, Stride};
+use crate::model::leap::{MOST_PARTS, Place, Stride};
 use crate::model::real::{Function, Trace, Wgsl};
 use crate::model::{Input, Plant, Real, Structure};
 use std::fmt::Write;
@@ -40,10 +40,11 @@ pub fn compose_for(problem: &Problem, workgroup: u32) -> String {
 
 fn settings(problem: &Problem) -> String {
     format!(
-        "const INTERPOLATED: bool = {};\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\nconst STEPS_OF_A_LEAP: u32 = {STEPS_OF_A_LEAP}u;\nconst DELAYED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
+        "const INTERPOLATED: bool = {};\nconst EVEN: bool = {};\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\nconst DELAYED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
          const SLICE: u32 = {SLICE}u;\nconst SAMPLES_PER_PERIOD: u32 = {SAMPLES_PER_PERIOD}u;\n\
          const STATE_LIMIT: f32 = {STATE_LIMIT:?}f;\n",
         problem.interpolates(),
+        problem.is_even(),
         problem.structure.delays(),
         problem
             .observed()

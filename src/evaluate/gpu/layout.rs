@@ -28,6 +28,10 @@ pub struct Sample {
     pub step: f32,
     /// How many of them there are.
     pub substeps: u32,
+    /// Length of the leaps to the next row, s.
+    pub leap: f32,
+    /// How many of them there are.
+    pub leaps: u32,
     /// Pieces into which late commands can cut the interval to the next row.
     pub pieces: u32,
     /// Weight of the row's squared errors.
@@ -72,6 +76,6 @@ pub struct Tone {
 
 // The sizes that the shader's arrays step by.
 const _: () = assert!(size_of::<Work>() == 24);
-const _: () = assert!(size_of::<Sample>() == 60);
+const _: () = assert!(size_of::<Sample>() == 68);
 const _: () = assert!(size_of::<Series>() == 12);
 const _: () = assert!(size_of::<Tone>() == 24);

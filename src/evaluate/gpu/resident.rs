@@ -152,9 +152,12 @@ pub(super) fn rows_of(
 }
 
 fn row(sample: &Sample) -> layout::Sample {
+    let (leap, leaps) = sample.parts(true);
     layout::Sample {
         step: sample.step as f32,
         substeps: sample.substeps,
+        leap: leap as f32,
+        leaps,
         pieces: sample.pieces,
         weight: sample.weight as f32,
         input: sample.input.map(|value| value as f32),

@@ -135,10 +135,6 @@ macro_rules! primitive {
             fn if_positive(self, yes: Self, no: Self) -> Self {
                 if self > 0.0 { yes } else { no }
             }
-            #[inline(never)]
-            fn outlined<T>(f: impl FnOnce() -> T) -> T {
-                pulp::Arch::new().dispatch(f)
-            }
             #[inline(always)]
             fn if_any_positive<const N: usize>(
                 self,

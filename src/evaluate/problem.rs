@@ -30,12 +30,12 @@ impl Sample {
     pub fn parts(&self, leaps: bool) -> (f64, u32) {
         match leaps {
             false => (self.step, self.substeps),
+            // After the last row nothing comes.
+            true if self.substeps == 0 => (0.0, 0),
             true => {
-                let count = self.substeps.div_ceil(STEPS_OF_A_LEAP).max(1);
-                (
-                    self.step * f64::from(self.substeps) / f64::from(count),
-                    count,
-                )
+                let count = self.substeps.div_ceil(STEPS_OF_A_LEAP);
+                let seconds = self.step * f64::from(self.substeps);
+                (seconds / f64::from(count), count)
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Exact steps of the actuator, as long as the command is constant or goes straight.
 //!
-//! Between two rows the loop of [`Actuator`](super::actuator::Actuator) is linear where `|u − x| ≤ S`, and driven at a
+//! Between two rows the loop of [`Actuator`] is linear where `|u − x| ≤ S`, and driven at a
 //! constant rate where it is not. Both have closed forms, so that a step may be as long as the rows are apart, however
 //! fast the candidate is: [`Actuator::leap`]. Only a step in which the saturation begins or ends is made in parts, each
 //! of which ends where it does: [`Actuator::turn`].

@@ -187,13 +187,15 @@ fn neutral_is_absent_to_the_last_bit() {
             let (a, b) = (at_start(&without), at_start(&with));
             let what = format!("{effect}, {:?}", base.hold);
             if with.leaps() != without.leaps() {
-                // Absent, the spool leaps; with what acts on its motion it goes in steps, which are not exact. To the last bit
-                // these effects are compared where the piston's position is integrated, which never leaps.
-                assert!(
-                    difference(&a, &b) < 5e-5,
-                    "{what}: {:.1e}",
+                // Absent, the spool leaps; with what acts on its motion it goes in steps, which come closer to that the finer
+                // they are. To the last bit these effects are compared where the piston's position is integrated, which
+                // never leaps.
+                let finer = difference(&a, &at_start(&with.refined(8)));
+                println!(
+                    "{what}: {:.1e}, with finer steps {finer:.1e}",
                     difference(&a, &b)
                 );
+                assert!(finer < 5e-5, "{what}: {finer:.1e}");
                 continue;
             }
             let population = near_start(&without, 5, 3);

@@ -108,6 +108,9 @@ impl Real for Counted {
             shared: true,
         }
     }
+    fn any_positive(self) -> bool {
+        self.value.any_positive()
+    }
     fn sqrt(self) -> Self {
         Self::new(self.value.sqrt(), &[self], SQRT)
     }
@@ -129,9 +132,6 @@ impl Real for Counted {
 impl Valued for Counted {
     fn look_up(self, f: impl FnMut(f64) -> f64) -> Self {
         Self::new(self.value.look_up(f), &[self], OTHER)
-    }
-    fn any_positive(self) -> bool {
-        self.value.any_positive()
     }
 }
 

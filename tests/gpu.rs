@@ -6,23 +6,25 @@
 mod common;
 
 use common::{Record, case, problem, random};
-use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best};
+use servobee::evaluate::gpu::{Checks, GpuEvaluator};
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Population, Precision, Problem};
 use servobee::search::{Plan, Settings, Start, fit, fit_all};
 
-/// An evaluator on the best adapter; none where there is no adapter and the caller has allowed that.
+/// [`common::gpu`] without the driver's checks.
 fn gpu() -> Option<GpuEvaluator> {
-    let adapters = adapters();
-    let Some(adapter) = best(&adapters) else {
-        assert!(
-            std::env::var("SERVOBEE_SKIP_GPU").is_ok_and(|value| value == "1"),
-            "no GPU adapter: install a Vulkan driver (mesa-vulkan-drivers is one in software), or set \
-             SERVOBEE_SKIP_GPU=1"
-        );
-        println!("SKIPPED: no GPU adapter and SERVOBEE_SKIP_GPU=1: nothing was tested on a GPU");
-        return None;
+    common::gpu(Checks::Off)
+}
+
+/// A job for each problem and its population.
+fn jobs<'a>(
+    problems: impl IntoIterator<Item = &'a Problem>,
+    populations: &'a [Population],
+) -> Vec<Job<'a>> {
+    let job = |(problem, population)| Job {
+        problem,
+        population,
     };
-    Some(GpuEvaluator::new(adapter, Checks::Off).expect("a device"))
+    problems.into_iter().zip(populations).map(job).collect()
 }
 
 /// Every evaluator of this machine.
@@ -60,14 +62,7 @@ fn a_job_costs_among_others_what_it_costs_alone() {
         .zip(1..)
         .map(|((problem, (_, count)), seed)| random(problem, count, seed))
         .collect();
-    let jobs: Vec<Job> = problems
-        .iter()
-        .zip(&populations)
-        .map(|(problem, population)| Job {
-            problem,
-            population,
-        })
-        .collect();
+    let jobs = jobs(&problems, &populations);
     for mut evaluator in evaluators() {
         let name = evaluator.describe();
         let together = evaluator.costs_of(&jobs).expect("costs");
@@ -91,14 +86,7 @@ fn many_small_jobs_at_once_cost_what_each_costs_alone() {
         })
         .collect();
     let populations: Vec<Population> = (0..40).map(|i| random(&problem, 1 + i % 5, 9)).collect();
-    let jobs: Vec<Job> = problems
-        .iter()
-        .zip(&populations)
-        .map(|(problem, population)| Job {
-            problem,
-            population,
-        })
-        .collect();
+    let jobs = jobs(&problems, &populations);
     for mut evaluator in evaluators() {
         let together = evaluator.costs_of(&jobs).expect("costs");
         for (costs, job) in together.iter().zip(&jobs) {
@@ -276,14 +264,7 @@ fn data_stay_on_the_device() {
     };
     let populations = [&problems[0], &problems[1], &problems[2], &shared].map(|p| random(p, 9, 7));
     let all = [&problems[0], &problems[1], &problems[2], &shared];
-    let jobs: Vec<Job> = all
-        .into_iter()
-        .zip(&populations)
-        .map(|(problem, population)| Job {
-            problem,
-            population,
-        })
-        .collect();
+    let jobs = jobs(all, &populations);
     gpu.costs_of(&jobs).expect("costs");
     let first = gpu.timings().uploaded;
     assert!(first > 0);

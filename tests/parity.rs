@@ -4,9 +4,9 @@
 
 mod common;
 
-use common::{Case, Record, case, cases, near_bounds, near_start, on_bounds, problem, random};
+use common::{Case, Record, case, cases, gpu, near_bounds, near_start, on_bounds, problem, random};
 use servobee::Error;
-use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best, describe};
+use servobee::evaluate::gpu::{Checks, GpuEvaluator};
 use servobee::evaluate::simulate::SLICE;
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status, wgsl,
@@ -21,22 +21,6 @@ const SINGLE: f64 = 3e-5;
 /// The same of any two evaluators for candidates anywhere inside the bounds: measured at up to 3e-5, where a hardly
 /// damped spool rings through the whole record.
 const ANYWHERE: f64 = 1e-4;
-
-/// An evaluator on the best adapter; none where there is no adapter and the caller has allowed that.
-fn gpu(checks: Checks) -> Option<GpuEvaluator> {
-    let adapters = adapters();
-    let Some(adapter) = best(&adapters) else {
-        assert!(
-            std::env::var("SERVOBEE_SKIP_GPU").is_ok_and(|value| value == "1"),
-            "no GPU adapter: install a Vulkan driver (mesa-vulkan-drivers is one in software), or set \
-             SERVOBEE_SKIP_GPU=1"
-        );
-        println!("SKIPPED: no GPU adapter and SERVOBEE_SKIP_GPU=1: nothing was tested on a GPU");
-        return None;
-    };
-    println!("on {}", describe(&adapter.get_info()));
-    Some(GpuEvaluator::new(adapter, checks).expect("a device"))
-}
 
 fn on_gpu(gpu: &mut GpuEvaluator, problem: &Problem, population: &Population) -> Vec<Cost> {
     gpu.costs(problem, population).expect("costs from the GPU")

@@ -9,7 +9,7 @@ use crate::model::{Hold, Input, Output, Plant, Real, Structure, Valued};
 
 /// Rows whose squared errors are summed before they are added to the slice's sum: bounds the rounding in `f32`.
 pub const CHUNK: usize = 128;
-/// Rows that one dispatch integrates; sums over slices are taken in `f64`.
+/// Rows whose errors are summed in the evaluator's precision; sums over slices are taken in `f64`.
 pub const SLICE: usize = 8192;
 
 /// Calls `$f::<.., N, EFFECTS>(..)` for `$structure`: exact for the base model, with room to spare for effects.

@@ -57,56 +57,27 @@ pub struct Stride<R> {
     turns: R,
 }
 
-impl<R> Stride<R> {
-    /// The names of its numbers, in the order of [`Stride::numbers`].
-    pub const NAMES: [&'static str; 10] = [
-        "length", "part", "kept", "followed", "fed", "faded", "slewed", "lead", "softness", "turns",
-    ];
+macro_rules! numbers {
+    ($($field:ident),+) => {
+        impl<R> Stride<R> {
+            /// The names of its numbers, in the order of [`Stride::numbers`].
+            pub const NAMES: [&'static str; 10] = [$(stringify!($field)),+];
 
-    /// All its numbers.
-    pub fn numbers(self) -> [R; 10] {
-        [
-            self.length,
-            self.part,
-            self.kept,
-            self.followed,
-            self.fed,
-            self.faded,
-            self.slewed,
-            self.lead,
-            self.softness,
-            self.turns,
-        ]
-    }
+            /// All its numbers.
+            pub fn numbers(self) -> [R; 10] {
+                [$(self.$field),+]
+            }
 
-    /// The stride with these numbers.
-    pub fn from_numbers(numbers: [R; 10]) -> Self {
-        let [
-            length,
-            part,
-            kept,
-            followed,
-            fed,
-            faded,
-            slewed,
-            lead,
-            softness,
-            turns,
-        ] = numbers;
-        Self {
-            length,
-            part,
-            kept,
-            followed,
-            fed,
-            faded,
-            slewed,
-            lead,
-            softness,
-            turns,
+            /// The stride with these numbers.
+            pub fn from_numbers([$($field),+]: [R; 10]) -> Self {
+                Self { $($field),+ }
+            }
         }
-    }
+    };
 }
+numbers!(
+    length, part, kept, followed, fed, faded, slewed, lead, softness, turns
+);
 
 /// The actuator at one moment: integrator z and spool x.
 #[derive(Debug, Clone, Copy)]

@@ -6,6 +6,7 @@ pub(crate) mod effects;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best, describe};
 use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
 use servobee::evaluate::simulate::{SLICE, response, series};
 use servobee::evaluate::{Population, Problem};
@@ -13,6 +14,22 @@ use servobee::model::orifice::Transition;
 use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
 use servobee::model::{Hold, Initial, Output, Parameter, Piston, Plant, Scale, Structure, Valued};
 use std::f64::consts::TAU;
+
+/// An evaluator on the best adapter; none where there is no adapter and the caller has allowed that.
+pub(crate) fn gpu(checks: Checks) -> Option<GpuEvaluator> {
+    let adapters = adapters();
+    let Some(adapter) = best(&adapters) else {
+        assert!(
+            std::env::var("SERVOBEE_SKIP_GPU").is_ok_and(|value| value == "1"),
+            "no GPU adapter: install a Vulkan driver (mesa-vulkan-drivers is one in software), or set \
+             SERVOBEE_SKIP_GPU=1"
+        );
+        println!("SKIPPED: no GPU adapter and SERVOBEE_SKIP_GPU=1: nothing was tested on a GPU");
+        return None;
+    };
+    println!("on {}", describe(&adapter.get_info()));
+    Some(GpuEvaluator::new(adapter, checks).expect("a device"))
+}
 
 /// A problem whose targets come from its own start values, scaled and shifted so that the start's cost is 1.
 pub(crate) struct Case {

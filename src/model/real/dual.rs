@@ -126,12 +126,8 @@ impl<const D: usize> Real for Dual<D> {
         if self.value > 0.0 { yes } else { no }
     }
     #[inline(always)]
-    fn if_any_positive<const N: usize>(
-        self,
-        yes: impl FnOnce() -> [Self; N],
-        no: [Self; N],
-    ) -> [Self; N] {
-        if self.value > 0.0 { yes() } else { no }
+    fn any_positive(self) -> bool {
+        self.value > 0.0
     }
 }
 
@@ -139,9 +135,5 @@ impl<const D: usize> Valued for Dual<D> {
     #[inline(always)]
     fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
         Self::constant(f(self.value))
-    }
-    #[inline(always)]
-    fn any_positive(self) -> bool {
-        self.value > 0.0
     }
 }

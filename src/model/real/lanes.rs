@@ -190,20 +190,12 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
         result
     }
     #[inline(always)]
-    fn if_any_positive<const N: usize>(
-        self,
-        yes: impl FnOnce() -> [Self; N],
-        no: [Self; N],
-    ) -> [Self; N] {
-        if !self.any_positive() {
-            return no;
+    fn any_positive(self) -> bool {
+        let mut any = false;
+        for vector in self.0 {
+            any |= <E as Element>::any_positive(token::<S>(), vector);
         }
-        let yes = yes();
-        let mut result = no;
-        for i in 0..N {
-            result[i] = self.if_positive(yes[i], no[i]);
-        }
-        result
+        any
     }
 }
 
@@ -215,13 +207,5 @@ impl<E: Element, S: Simd, const K: usize> Valued for Lanes<E, S, K> {
             *lane = E::constant(f((*lane).into()));
         }
         result
-    }
-    #[inline(always)]
-    fn any_positive(self) -> bool {
-        let mut any = false;
-        for vector in self.0 {
-            any |= E::any_positive(token::<S>(), vector);
-        }
-        any
     }
 }

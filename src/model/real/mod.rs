@@ -36,6 +36,8 @@ pub trait Real:
     fn floor(self) -> Self;
     /// `yes` where the number is above zero, otherwise `no`.
     fn if_positive(self, yes: Self, no: Self) -> Self;
+    /// Whether the number is above zero, or that of any lane; true where that is not known.
+    fn any_positive(self) -> bool;
     /// `yes` where the number is above zero, otherwise `no`; `yes` is not computed where no lane takes it.
     #[inline(always)]
     fn if_any_positive<const N: usize>(
@@ -43,6 +45,9 @@ pub trait Real:
         yes: impl FnOnce() -> [Self; N],
         no: [Self; N],
     ) -> [Self; N] {
+        if !self.any_positive() {
+            return no;
+        }
         let yes = yes();
         let mut result = no;
         for i in 0..N {
@@ -103,8 +108,6 @@ pub trait Real:
 pub trait Valued: Real {
     /// What `f` makes of the value, or of every lane's value, without sensitivities.
     fn look_up(self, f: impl FnMut(f64) -> f64) -> Self;
-    /// Whether the value is above zero, or that of any lane.
-    fn any_positive(self) -> bool;
 }
 
 macro_rules! primitive {
@@ -136,12 +139,8 @@ macro_rules! primitive {
                 if self > 0.0 { yes } else { no }
             }
             #[inline(always)]
-            fn if_any_positive<const N: usize>(
-                self,
-                yes: impl FnOnce() -> [Self; N],
-                no: [Self; N],
-            ) -> [Self; N] {
-                if self > 0.0 { yes() } else { no }
+            fn any_positive(self) -> bool {
+                self > 0.0
             }
         }
 
@@ -149,10 +148,6 @@ macro_rules! primitive {
             #[inline(always)]
             fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
                 f(self.into()) as $float
-            }
-            #[inline(always)]
-            fn any_positive(self) -> bool {
-                self > 0.0
             }
         }
     };

@@ -111,6 +111,9 @@ impl Real for Wgsl {
     fn if_positive(self, yes: Self, no: Self) -> Self {
         record(Operation::Select(self, yes, no))
     }
+    fn any_positive(self) -> bool {
+        true
+    }
     fn named(self, name: &str) -> Self {
         TAPE.with_borrow_mut(|tape| {
             if !matches!(

@@ -1,8 +1,10 @@
 //! `servobee datasheet`.
 
+use super::card;
 use super::options::{Options, progress};
 use super::table::{number, table};
 use clap::ValueEnum;
+use servobee::card::Card;
 use servobee::diagnose::Sides;
 use servobee::diagnose::Verdict;
 use servobee::evaluate::Score;
@@ -147,8 +149,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         ));
         files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
     }
-    let report = report.expect("at least one sheet").to_json();
-    files.insert(0, ("report.json".into(), report));
+    let report = report.expect("at least one sheet");
+    println!();
+    card::print(&report.card);
+    files.insert(0, ("report.json".into(), report.to_json()));
     save(output, files)
 }
 
@@ -418,6 +422,7 @@ fn document(
         noise_method: BTreeMap::new(),
         parameters: ParameterReport::of(problem, fit),
         not_identifiable: not_identifiable(fit),
+        card: Card::of(problem, fit).figures,
         remaining: RemainingReport::default(),
         integration_error: BTreeMap::from([(name, integration_error(sheet, fit))]),
         evaluator: chosen.evaluator.describe(),

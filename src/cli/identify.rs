@@ -1,7 +1,9 @@
 //! `servobee identify`.
 
+use super::card;
 use super::options::{Options, spinner};
 use super::table::{number, table};
+use servobee::card::Card;
 use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, identify};
 use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
@@ -115,11 +117,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         &options,
         &mut |stage| bar.set_message(stage.to_owned()),
     );
+    bar.set_message("valve card");
+    let result = result.map(|identified| {
+        let after = &identified.after;
+        let card = Card::of(&after.problem, &after.fit);
+        (identified, card)
+    });
     bar.finish_and_clear();
-    let identified = result?;
+    let (identified, card) = result?;
     let seconds = started.elapsed().as_secs_f64();
     let document = Document::of(
         &identified,
+        &card,
         &chosen,
         arguments.options.seed,
         seconds,
@@ -191,6 +200,7 @@ fn print(identified: &Identified, document: &Document) {
     print_effects(identified, document);
     print_errors(identified);
     print_parameters(document);
+    card::print(&document.card);
     print_rest(identified, document);
     for warning in &document.warnings {
         eprintln!("servobee: warning: {warning}");

@@ -1,6 +1,8 @@
 //! Parses the call, hands it to a command, and lets `main` print what went wrong.
 
 mod bench;
+mod card;
+mod completions;
 mod datasheet;
 mod devices;
 mod effects;
@@ -13,7 +15,7 @@ mod synthesize;
 mod table;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use servobee::{Error, Result};
 
 const HELP_WITHOUT_COMMAND: ErrorKind = ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
@@ -36,6 +38,7 @@ enum Command {
     Effects(effects::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
+    Completions(completions::Arguments),
 }
 
 /// Runs the command that the process was called with.
@@ -55,6 +58,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Effects(arguments) => effects::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
     }
 }
 

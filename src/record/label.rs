@@ -7,6 +7,8 @@ use super::unit;
 pub(super) struct Label {
     /// What the file calls the column: the header's cell, or the path of a variable.
     pub(super) text: String,
+    /// Without its unit.
+    pub(super) spelt: String,
     /// Lower case, with `_` for blanks and hyphens.
     pub(super) name: String,
     pub(super) unit: Option<String>,
@@ -23,6 +25,7 @@ impl Label {
             .unwrap_or((text, ""));
         Self {
             text: text.into(),
+            spelt: name.into(),
             name: normal(name),
             unit: Some(unit).filter(|unit| !unit.is_empty()).map(String::from),
         }

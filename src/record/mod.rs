@@ -6,6 +6,7 @@ mod csv;
 mod curve;
 mod file;
 mod format;
+pub mod inspect;
 mod label;
 mod mapping;
 mod mat;

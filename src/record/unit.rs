@@ -68,6 +68,11 @@ impl Unit {
         self.kept
     }
 
+    /// How the unit is usually written.
+    pub fn spelling(&self) -> &'static str {
+        self.spellings[0]
+    }
+
     /// `value` of this unit in the unit that is kept.
     pub fn convert(&self, value: f64) -> f64 {
         (value + self.offset) * self.numerator / self.denominator

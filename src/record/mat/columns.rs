@@ -7,6 +7,7 @@ use super::value::{Fields, Value};
 use crate::record::Channel;
 use crate::record::label::Label;
 use crate::record::table::{Column, Other};
+use std::collections::BTreeMap;
 
 /// A wider matrix is no record.
 const WIDEST: usize = 1000;
@@ -53,10 +54,8 @@ impl Gathered {
         let time = time_field(fields);
         let samples = time
             .and_then(|name| field(fields, name))
-            .map(|time| match time {
-                Value::Numbers { values, .. } => values.len(),
-                _ => 0,
-            });
+            .and_then(vector_length)
+            .or_else(|| usual_length(fields));
         let own_name = path.rsplit('.').next().unwrap_or(path);
         for (name, value) in fields {
             let at = match path {
@@ -177,8 +176,11 @@ impl Gathered {
             [] => self.other(path, "a single number"),
             [_] => column(path, name, values.to_vec()),
             [rows, columns] => {
-                // A signal a row, where only the rows are as long as the times.
-                let across = samples == Some(columns) && rows != columns;
+                // A signal a row, where only the rows are as long as the times, or nothing is but they are longer.
+                let across = match samples {
+                    Some(samples) if [rows, columns].contains(&samples) => rows != samples,
+                    _ => columns > rows,
+                };
                 let (length, number) = if across {
                     (columns, rows)
                 } else {
@@ -220,6 +222,29 @@ fn time_field(fields: &Fields) -> Option<&str> {
     let is_channel =
         |(name, _): &(String, Value)| Label::parse(name).name.parse::<Channel>().is_ok();
     named("time").or_else(|| named("t").filter(|_| fields.iter().any(is_channel)))
+}
+
+/// How many numbers a vector of numbers has.
+fn vector_length(value: &Value) -> Option<usize> {
+    match value {
+        Value::Numbers { sizes, values } if sizes.iter().any(|&size| size == values.len()) => {
+            Some(values.len())
+        }
+        _ => None,
+    }
+}
+
+/// The length that most vectors have.
+fn usual_length(fields: &Fields) -> Option<usize> {
+    let mut times = BTreeMap::new();
+    let lengths = fields.iter().filter_map(|(_, value)| vector_length(value));
+    for length in lengths.filter(|&length| length > 1) {
+        *times.entry(length).or_insert(0) += 1;
+    }
+    times
+        .into_iter()
+        .max_by_key(|&(_, times)| times)
+        .map(|(length, _)| length)
 }
 
 /// A text that is not empty, alone or in a cell.

@@ -92,6 +92,7 @@ fn array(
         return Err(damaged("it has no size"));
     }
     let sizes = reader.numbers(sizes)?;
+    *name = Some(text(reader, bytes, "name")?);
     if sizes.iter().any(|&size| size < 0.0) {
         return Err(damaged("its size is negative"));
     }
@@ -100,7 +101,6 @@ fn array(
         .iter()
         .try_fold(1_usize, |count, &size| count.checked_mul(size))
         .ok_or_else(|| damaged("its size is beyond all bounds"))?;
-    *name = Some(text(reader, bytes, "name")?);
     match class {
         1 => cells(reader, bytes, count, depth),
         2 => structs(reader, bytes, count, depth),

@@ -60,9 +60,9 @@ fn print(inspection: &Inspection) {
     if let Some(period) = inspection.command_period {
         println!("The command repeats itself every {} s.", number(period));
     }
-    for (channel, follows) in &inspection.follows {
+    for (channel, follows) in inspection.follows.iter().filter(|(_, f)| f.is_close()) {
         println!(
-            "The {channel} is most like the command {} rows later (correlation {:.3}).",
+            "The {channel} is most like the command {} rows before it (correlation {:.3}).",
             follows.rows, follows.correlation
         );
     }
@@ -75,12 +75,9 @@ fn print(inspection: &Inspection) {
         println!("Warning: {warning}");
     }
     if !inspection.proposals.is_empty() {
-        let map = |map: &str| format!("--map {map:?}");
-        let maps = inspection.proposals.iter();
-        let rows = maps.map(|proposal| vec![map(&proposal.map), proposal.reason.clone()]);
         println!("Proposed, to be checked:");
-        for row in rows {
-            println!("  {}: {}", row[0], row[1]);
+        for proposal in &inspection.proposals {
+            println!("  {}: {}", proposal.map, proposal.reason);
         }
     }
     match (&inspection.problem, &inspection.problem_left) {

@@ -25,43 +25,53 @@ pub(super) struct Layout {
     pub(super) units: Option<usize>,
 }
 
-/// What a line is if cells are separated by a certain delimiter, with its width in cells, an empty last one not counted.
+/// What a line is if cells are separated by a certain delimiter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     /// At least two numbers.
-    Sample(usize),
-    Names(usize),
-    Units(usize),
+    Sample,
+    Names,
+    Units,
     Neither,
 }
 
-impl Kind {
+/// A line, cut into cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Cut {
+    kind: Kind,
+    cells: usize,
+    /// The same without an empty last cell: what stands there may be a cell, or the end of the one before.
+    width: usize,
+}
+
+impl Cut {
     fn of(line: &str, delimiter: char) -> Self {
-        let Some(mut cells) = split(line, delimiter) else {
-            return Self::Neither;
-        };
+        let mut cells = split(line, delimiter).unwrap_or_default();
+        let number = cells.len();
         cells.pop_if(|cell| cell.is_empty());
-        let width = cells.len();
         let looks: Vec<Look> = cells.iter().map(|cell| look(cell, delimiter)).collect();
         let count = |wanted| looks.iter().filter(|&&look| look == wanted).count();
-        match (count(Look::Number), count(Look::Text)) {
-            _ if width < 2 || count(Look::Debris) > 0 => Self::Neither,
-            _ if are_units(&cells) => Self::Units(width),
-            (0, 1..) => Self::Names(width),
-            (2.., _) => Self::Sample(width),
-            _ => Self::Neither,
+        let kind = match (count(Look::Number), count(Look::Text)) {
+            _ if cells.len() < 2 || count(Look::Debris) > 0 => Kind::Neither,
+            _ if are_units(&cells) => Kind::Units,
+            (0, 1..) => Kind::Names,
+            (2.., _) => Kind::Sample,
+            _ => Kind::Neither,
+        };
+        Self {
+            kind,
+            cells: number,
+            width: cells.len(),
         }
     }
 
     fn is_label(self) -> bool {
-        matches!(self, Self::Names(_) | Self::Units(_))
+        matches!(self.kind, Kind::Names | Kind::Units)
     }
 
-    fn width(self) -> usize {
-        match self {
-            Self::Sample(width) | Self::Names(width) | Self::Units(width) => width,
-            Self::Neither => 0,
-        }
+    /// Whether the two can have the same columns.
+    fn fits(self, other: Self) -> bool {
+        self.width <= other.cells && other.width <= self.cells
     }
 }
 
@@ -83,40 +93,39 @@ fn are_units(cells: &[Cow<'_, str>]) -> bool {
 /// A way to read the file.
 struct Reading {
     delimiter: char,
-    /// Samples as wide as most.
+    /// Samples of as many cells as most have.
     samples: usize,
     first: usize,
-    kinds: Vec<Kind>,
-    /// The nearest line of labels of that width above the first sample.
+    cuts: Vec<Cut>,
+    /// The nearest line of labels above the first sample that fits it.
     labels: Option<usize>,
 }
 
 impl Reading {
     /// The best with this delimiter; `None` where no line is a sample.
     fn with(delimiter: char, lines: &[Line<'_>]) -> Option<Self> {
-        let kinds: Vec<Kind> = lines
-            .iter()
-            .take(LINES)
-            .map(|(_, line)| Kind::of(line, delimiter))
+        let looked_at = lines.iter().take(LINES);
+        let cuts: Vec<Cut> = looked_at
+            .map(|(_, line)| Cut::of(line, delimiter))
             .collect();
-        let mut widths = BTreeMap::new();
-        for (line, kind) in kinds.iter().enumerate() {
-            if let Kind::Sample(width) = kind {
-                widths.entry(*width).or_insert((line, 0)).1 += 1;
+        let mut alike = BTreeMap::new();
+        for (line, cut) in cuts.iter().enumerate() {
+            if cut.kind == Kind::Sample {
+                alike.entry(cut.cells).or_insert((line, 0)).1 += 1;
             }
         }
-        let labels = |first: usize, width: usize| {
-            (0..first).rfind(|&line| kinds[line].is_label() && kinds[line].width() == width)
+        let labels = |first: usize| {
+            (0..first).rfind(|&line| cuts[line].is_label() && cuts[line].fits(cuts[first]))
         };
-        let (width, (first, samples)) = widths
-            .into_iter()
-            .max_by_key(|&(width, (first, samples))| (labels(first, width).is_some(), samples))?;
+        let (first, samples) = alike
+            .into_values()
+            .max_by_key(|&(first, samples)| (labels(first).is_some(), samples))?;
         Some(Self {
             delimiter,
             samples,
             first,
-            labels: labels(first, width),
-            kinds,
+            labels: labels(first),
+            cuts,
         })
     }
 
@@ -127,13 +136,12 @@ impl Reading {
 
     /// Header and units, whatever the width; `None` where nothing but numbers stands above the first sample.
     fn layout(&self) -> Option<Layout> {
-        let any = || (0..self.first).rfind(|&line| self.kinds[line].is_label());
+        let any = || (0..self.first).rfind(|&line| self.cuts[line].is_label());
         let nearest = self.labels.or_else(any)?;
-        let above = nearest.checked_sub(1).map(|line| self.kinds[line]);
-        let (header, units) = match (self.kinds[nearest], above) {
-            (Kind::Units(width), Some(Kind::Names(names))) if names == width => {
-                (nearest - 1, Some(nearest))
-            }
+        let above = nearest.checked_sub(1).map(|line| self.cuts[line]);
+        let named = |above: Cut| above.kind == Kind::Names && above.fits(self.cuts[nearest]);
+        let (header, units) = match self.cuts[nearest].kind {
+            Kind::Units if above.is_some_and(named) => (nearest - 1, Some(nearest)),
             _ => (nearest, None),
         };
         Some(Layout {

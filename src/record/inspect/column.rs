@@ -52,9 +52,11 @@ impl Values {
             text: count(|odd| matches!(odd, Odd::Text(_))),
             not_finite: count(|odd| matches!(odd, Odd::NotFinite(_))),
             step: step(&levels),
-            clipped: match levels.len() > LEVELS {
-                true => [levels.first(), levels.last()].map(|end| clipped(&numbers, *end?)),
-                false => [None; 2],
+            clipped: match levels[..] {
+                [min, low, .., high, max] if levels.len() > LEVELS => {
+                    [clipped(&numbers, min, low), clipped(&numbers, max, high)]
+                }
+                _ => [None; 2],
             },
             levels: levels.len(),
         }
@@ -91,18 +93,21 @@ fn step(levels: &[f64]) -> Option<f64> {
         (steps - steps.round()).abs() > ROUNDING
     };
     let odd = near.iter().filter(off).count();
-    (single >= FEWEST && 2 * near.len() > levels.len() && 50 * odd <= near.len()).then_some(step)
+    (single >= FEWEST && 2 * near.len() > levels.len() && 10 * odd <= near.len()).then_some(step)
 }
 
-/// The share of the values that stay at `end`, where some stay long.
-fn clipped(values: &[f64], end: f64) -> Option<f64> {
-    let at_end = values.iter().filter(|&&value| value == end).count();
+/// The share of the values that stay at `end`, where some stay long: far longer than at the level `inside` it, where the
+/// top of a smooth wave stays at least two fifths as long.
+fn clipped(values: &[f64], end: f64, inside: f64) -> Option<f64> {
+    const LONGER: usize = 4;
+    let at = |level: f64| values.iter().filter(|&&value| value == level).count();
     let longest = values
         .chunk_by(|one, other| one == other)
         .filter(|run| run[0] == end)
         .map(<[f64]>::len)
         .max()?;
-    (longest >= STAYS).then(|| at_end as f64 / values.len() as f64)
+    let stays = longest >= STAYS && at(end) > LONGER * at(inside);
+    stays.then(|| at(end) as f64 / values.len() as f64)
 }
 
 #[cfg(test)]
@@ -138,6 +143,9 @@ mod tests {
         let values = of((0..2000).map(|row| wave(row).min(0.8)));
         assert_eq!(values.clipped[0], None);
         assert!(values.clipped[1].unwrap() > 0.15, "{values:?}");
+        // The top of a coarsely quantised wave stays for a while, too.
+        let coarse = of((0..2000).map(|row| (wave(row) / 0.05).round() * 0.05));
+        assert_eq!(coarse.clipped, [None; 2], "{coarse:?}");
         // A square wave stays at its ends because it is one.
         let square = of((0..2000).map(|row| wave(row).signum()));
         assert_eq!((square.clipped, square.levels), ([None; 2], 2));

@@ -18,6 +18,14 @@ pub struct Follows {
     pub correlation: f64,
 }
 
+impl Follows {
+    /// Whether the two are so much alike that one can be the response to the other.
+    pub fn is_close(&self) -> bool {
+        const ALIKE: f64 = 0.7;
+        self.correlation.abs() >= ALIKE
+    }
+}
+
 /// How `response` follows `command`: where they are most alike. `None` where one of them is constant, or not all finite.
 pub(super) fn follows(command: &[f64], response: &[f64]) -> Option<Follows> {
     let rows = command.len().min(response.len()).min(ROWS);

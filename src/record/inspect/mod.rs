@@ -24,9 +24,6 @@ use std::path::Path;
 /// Intervals that vary by more than this fraction are worth a warning.
 const UNEVEN: f64 = 0.05;
 
-/// The correlation from which on a response that leads the command is worth one.
-const LEADS: f64 = 0.7;
-
 /// What was understood of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Inspection {
@@ -142,7 +139,7 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
         proposals,
         problem_left: record.err().map(|error| error.to_string()),
     };
-    let suspicions = suspicions(table, &inspection);
+    let suspicions = suspicions(&signals, &inspection);
     inspection.warnings.extend(suspicions);
     inspection
 }
@@ -210,7 +207,8 @@ impl Signals<'_> {
 }
 
 /// What looks wrong but need not be, with its place.
-fn suspicions(table: &Table, inspection: &Inspection) -> Vec<String> {
+fn suspicions(signals: &Signals<'_>, inspection: &Inspection) -> Vec<String> {
+    let Signals { table, targets } = signals;
     let mut found = Vec::new();
     let used = |column: &&Inspected| column.taken_as.is_some() || column.proposed.is_some();
     let columns = inspection.columns.iter().enumerate();
@@ -222,8 +220,12 @@ fn suspicions(table: &Table, inspection: &Inspection) -> Vec<String> {
             let place = table.place(*row, index);
             found.push(format!("{cells} without a number, first at {place}"));
         }
+        // A command stays where it is told to.
+        let is_command = targets
+            .get(&COMMAND)
+            .is_some_and(|&(command, _)| command == index);
         for (share, end) in column.values.clipped.iter().zip(["smallest", "largest"]) {
-            if let Some(share) = share {
+            if let Some(share) = share.filter(|_| !is_command) {
                 let percent = 100.0 * share;
                 found.push(format!(
                     "column {name} stays at its {end} value for {percent:.1} % of its rows: is it clipped?"
@@ -232,7 +234,7 @@ fn suspicions(table: &Table, inspection: &Inspection) -> Vec<String> {
         }
     }
     for (channel, follows) in &inspection.follows {
-        if follows.rows < 0 && follows.correlation.abs() > LEADS {
+        if follows.rows < 0 && follows.is_close() {
             let rows = -follows.rows;
             found.push(format!(
                 "{channel} leads the command by {}: are the two exchanged?",

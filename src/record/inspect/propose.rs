@@ -8,9 +8,6 @@ use crate::record::{Channel, Mapping, Quantity};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// The correlation from which on one signal is taken as the response to another.
-const ALIKE: f64 = 0.7;
-
 /// A column and the channel that it probably is.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Proposal {
@@ -99,14 +96,21 @@ impl Finder<'_> {
             if rival && *target != Target::Time {
                 continue;
             }
-            let counts = *target == Target::Time && counts_rows(&self.column(*index).values);
-            let mut reason = format!("its name says {word:?}");
-            if counts && unit.is_none() {
-                reason.push_str(
-                    ", and it counts rows by 1: that is a time in s at one row a second; write [ms] if it is one a millisecond",
-                );
+            let mut unit = unit.clone();
+            let mut reason = match &unit {
+                Some(unit) => format!("its name says {word:?}, its unit is {unit:?}"),
+                None => format!("its name says {word:?}"),
+            };
+            if *target == Target::Time {
+                reason.push_str(", and it rises from row to row");
+                if unit.is_none() && counts_rows(&self.column(*index).values) {
+                    reason.push_str(
+                        " by 1: in s that is one row a second; write [ms] for one a millisecond",
+                    );
+                    unit = Some("s".into());
+                }
             }
-            self.propose(*index, *target, unit.clone(), reason);
+            self.propose(*index, *target, unit, reason);
         }
     }
 
@@ -141,10 +145,11 @@ impl Finder<'_> {
                 pairs.filter(|(one, other)| one != other).collect()
             }
         };
+        // Where neither is known, only what is behind is the response.
+        let least = isize::from(command.is_none() && response.is_none());
         let alike = |&(early, late): &(usize, usize)| {
             let follows = follows(&self.column(early).values, &self.column(late).values)?;
-            (follows.rows > 0 && follows.correlation.abs() >= ALIKE)
-                .then_some((early, late, follows))
+            (follows.rows >= least && follows.is_close()).then_some((early, late, follows))
         };
         let strength = |(_, _, follows): &(usize, usize, Follows)| follows.correlation.abs();
         let found = pairs.iter().filter_map(alike);

@@ -3,6 +3,7 @@
 mod program;
 
 use program::{measured, printed, refused, servobee};
+use proptest::prelude::*;
 use serde_json::Value;
 use servobee::record::inspect::{Inspection, inspect};
 use servobee::record::{Mapping, Record};
@@ -324,5 +325,20 @@ fn what_no_record_can_be_read_from_is_still_shown() {
             shown.contains("Not ready for identify: ") && shown.contains(part),
             "{shown}"
         );
+    }
+}
+
+/// Text that is almost a file of measurements, with huge, odd and missing cells.
+fn almost_a_record() -> impl Strategy<Value = String> {
+    "(Log\n)?(t|time)[;,\t ]u_cmd[;,\t ](x|y) ?(mm)?\n(s;V;mm\n)?((-?[0-9]{1,2}|1e308|-1e308|NaN|)[;,\t .\n]{1,2}){0,60}"
+}
+
+proptest! {
+    #[test]
+    fn no_text_panics(text in prop_oneof![any::<String>(), almost_a_record()]) {
+        let (_folder, path) = file("a.csv", &text);
+        let _ = inspect(&path, &[]);
+        let maps = ["t=time [s]".parse().unwrap(), "u_cmd=command [V]".parse().unwrap()];
+        let _ = inspect(&path, &maps);
     }
 }

@@ -6,6 +6,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use servobee::record::inspect::inspect;
 use servobee::record::{Channel, FlowCurve, Mapping, Record};
 use servobee::{Error, Result};
 use std::io::Write;
@@ -338,6 +339,7 @@ fn no_flipped_byte_panics() {
                 bytes[at] ^= 1 << rng.random_range(0..8);
             }
             std::fs::write(&path, &bytes).unwrap();
+            let _ = inspect(&path, &[]);
             match read_at(&path, &maps).or_else(|_| read_at(&path, &[])) {
                 Ok(record) => {
                     good += 1;

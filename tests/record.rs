@@ -208,8 +208,10 @@ fn common_encodings_are_read() {
     // UTF-16 without a byte-order mark, and with half a character.
     let unmarked = &utf16(u16::to_le_bytes)[2..];
     let halved = [&[0xff, 0xfe], &[0x00, 0xd8][..], b"a\0"].concat();
+    let plain: Vec<u8> = GOOD.encode_utf16().flat_map(u16::to_le_bytes).collect();
     for (bytes, parts) in [
         (unmarked.to_vec(), ["row 1", "UTF-8"]),
+        (plain, ["row 1", "UTF-8"]),
         (halved, ["UTF-16", "UTF-8"]),
     ] {
         let (_folder, path) = file("a.csv", bytes);

@@ -1,6 +1,7 @@
 //! The curves of a datasheet.
 
-use super::table::{self, Measured, Table};
+use super::column::Measured;
+use super::table::{self, Table};
 use super::unit::Quantity;
 use super::{Channel, Record, Series, csv, file, usual_full_scale};
 use crate::{Error, Result};

@@ -2,6 +2,7 @@
 
 pub mod cases;
 mod channel;
+mod column;
 mod csv;
 mod curve;
 mod file;
@@ -20,10 +21,11 @@ pub use mapping::Mapping;
 pub use unit::{Quantity, Unit};
 
 use crate::{Error, Result};
+use column::Measured;
 use mapping::{Sources, Target};
 use std::collections::BTreeMap;
 use std::path::Path;
-use table::{Measured, Table};
+use table::Table;
 
 /// The share of each record that is held out where no other record is.
 pub const HOLD_OUT: f64 = 0.30;

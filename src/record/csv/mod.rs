@@ -9,9 +9,10 @@ mod text;
 
 pub(super) use text::lines_of;
 
+use super::column::{Column, Odd};
 use super::format::{Dialect, Format};
 use super::label::{Label, unit_cell};
-use super::table::{Column, Odd, Table, count, quoted};
+use super::table::{Table, count, quoted};
 use crate::{Error, Result};
 use cells::{could_be_thousands, decimal_mark, number};
 use layout::{Layout, Line, layout};

@@ -67,23 +67,28 @@ pub(super) fn decoded(path: &str, bytes: Vec<u8>) -> Result<(String, &'static st
         }
         None => {}
     }
-    let error = match String::from_utf8(bytes) {
-        Ok(text) => return Ok((text, "UTF-8")),
-        Err(error) => error,
-    };
-    let valid = error.utf8_error().valid_up_to();
-    let bytes = error.into_bytes();
     let foreign = |&byte: &u8| matches!(byte, 0x80..=0x9f) || byte == 0;
-    match bytes.iter().position(foreign) {
-        None => Ok((bytes.into_iter().map(char::from).collect(), "Latin-1")),
-        Some(foreign) => {
-            let before = &bytes[..foreign.min(valid)];
-            let row = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
-            Err(Error::input(
-                format!("{path}, row {row}"),
-                "is not UTF-8 text",
-                "save the file as CSV in UTF-8",
-            ))
+    let at = |bytes: &[u8], position: usize| {
+        let before = &bytes[..position];
+        let row = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        Error::input(
+            format!("{path}, row {row}"),
+            "is not UTF-8 text",
+            "save the file as CSV in UTF-8",
+        )
+    };
+    match String::from_utf8(bytes) {
+        Ok(text) => match text.find('\0') {
+            None => Ok((text, "UTF-8")),
+            Some(zero) => Err(at(text.as_bytes(), zero)),
+        },
+        Err(error) => {
+            let valid = error.utf8_error().valid_up_to();
+            let bytes = error.into_bytes();
+            match bytes.iter().position(foreign) {
+                None => Ok((bytes.into_iter().map(char::from).collect(), "Latin-1")),
+                Some(foreign) => Err(at(&bytes, foreign.min(valid))),
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a column holds: its range, its odd cells, and the steps in which it was measured.
 
-use crate::record::table::{Column, Odd};
+use crate::record::column::{Column, Odd};
 use serde::Serialize;
 
 /// Levels that a column needs before its ends can be called clipped; with fewer it moves in steps anyway.

@@ -78,7 +78,7 @@ pub(super) fn period(command: &[f64]) -> Option<usize> {
     let window = &command[moves..command.len().min(moves + WINDOW)];
     let last = command.len() / 2;
     let alike = |distance: usize| {
-        let later = &command[moves + distance..];
+        let later = command.get(moves + distance..).unwrap_or_default();
         later.len() >= window.len() && window.iter().zip(later).all(|(a, b)| same(*a, *b))
     };
     let differs = (1..last).find(|&distance| !alike(distance))?;
@@ -118,5 +118,7 @@ mod tests {
         assert_eq!(period(&(0..4000).map(chirp).collect::<Vec<f64>>()), None);
         assert_eq!(period(&[1.0; 100]), None);
         assert_eq!(period(&[1.0]), None);
+        let last: Vec<f64> = (0..100).map(|row| f64::from(row / 99)).collect();
+        assert_eq!(period(&last), None);
     }
 }

@@ -1,9 +1,11 @@
 //! What a file holds, whether or not a [`Record`] can be read from it, and what is missing for one.
 
+mod call;
 mod column;
 mod follow;
 mod names;
 mod propose;
+mod suspicions;
 mod timing;
 
 pub use column::Values;
@@ -13,16 +15,15 @@ pub use timing::{Gap, Timing};
 
 use super::format::Format;
 use super::mapping::{Mapping, Target};
-use super::table::{Column, Table, count, quoted};
+use super::table::Table;
 use super::{Channel, Record, Unit, file};
 use crate::Result;
+use call::call;
 use propose::{COMMAND, proposals};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-
-/// Intervals that vary by more than this fraction are worth a warning.
-const UNEVEN: f64 = 0.05;
+use suspicions::suspicions;
 
 /// What was understood of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -104,7 +105,7 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
         let as_text = |(target, (at, unit)): (&Target, &(usize, &Unit))| {
             (*at == index).then(|| format!("{target} [{}]", unit.spelling()))
         };
-        let Column { label, .. } = &table.columns[index];
+        let label = &table.columns[index].label;
         let taken_as = taken.iter().find_map(as_text);
         Inspected {
             name: label.text.clone(),
@@ -203,104 +204,5 @@ impl Signals<'_> {
             Some((channel.name(), follows))
         };
         Channel::RESPONSES.into_iter().filter_map(follows).collect()
-    }
-}
-
-/// What looks wrong but need not be, with its place.
-fn suspicions(signals: &Signals<'_>, inspection: &Inspection) -> Vec<String> {
-    let Signals { table, targets } = signals;
-    let mut found = Vec::new();
-    let used = |column: &&Inspected| column.taken_as.is_some() || column.proposed.is_some();
-    let columns = inspection.columns.iter().enumerate();
-    for (index, column) in columns.filter(|(_, column)| used(column)) {
-        let name = quoted(&column.name);
-        if let Some((row, _)) = table.columns[index].odd.first() {
-            let odd = table.columns[index].odd.len();
-            let cells = count(odd, "cell");
-            let place = table.place(*row, index);
-            found.push(format!("{cells} without a number, first at {place}"));
-        }
-        // A command stays where it is told to.
-        let is_command = targets
-            .get(&COMMAND)
-            .is_some_and(|&(command, _)| command == index);
-        for (share, end) in column.values.clipped.iter().zip(["smallest", "largest"]) {
-            if let Some(share) = share.filter(|_| !is_command) {
-                let percent = 100.0 * share;
-                found.push(format!(
-                    "column {name} stays at its {end} value for {percent:.1} % of its rows: is it clipped?"
-                ));
-            }
-        }
-    }
-    for (channel, follows) in &inspection.follows {
-        if follows.rows < 0 && follows.is_close() {
-            let rows = -follows.rows;
-            found.push(format!(
-                "{channel} leads the command by {}: are the two exchanged?",
-                count(rows as usize, "row")
-            ));
-        }
-    }
-    if let Some(timing) = &inspection.timing {
-        let Timing {
-            interval,
-            jitter,
-            gaps,
-            not_rising,
-            ..
-        } = timing;
-        if jitter > &(UNEVEN * interval) {
-            let percent = 100.0 * jitter / interval;
-            found.push(format!("intervals of time vary by {percent:.0} %"));
-        }
-        if !gaps.is_empty() {
-            let missing: usize = gaps.iter().map(|gap| gap.missing).sum();
-            found.push(format!(
-                "{} in time, where {} may be missing",
-                count(gaps.len(), "gap"),
-                count(missing, "row")
-            ));
-        }
-        if !not_rising.is_empty() {
-            found.push(format!(
-                "time does not rise at {}",
-                count(not_rising.len(), "row")
-            ));
-        }
-    }
-    found
-}
-
-/// The call that fits a model to the file, to be copied into a shell.
-fn call(path: &str, mappings: &[Mapping]) -> String {
-    let mut call = format!("servobee identify {}", in_shell(path));
-    for Mapping {
-        column,
-        target,
-        unit,
-    } in mappings
-    {
-        let map = format!("{column}={target} [{}]", unit.spelling());
-        call.push_str(&format!(" --map {}", in_shell(&map)));
-    }
-    call
-}
-
-/// `word` in quotes, if a shell needs them.
-fn in_shell(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_-./\\:".contains(c);
-    match word.chars().all(plain) && !word.is_empty() {
-        true => word.into(),
-        false => {
-            let mut quoted = String::from("\"");
-            for letter in word.chars() {
-                if "\"\\$`".contains(letter) {
-                    quoted.push('\\');
-                }
-                quoted.push(letter);
-            }
-            quoted + "\""
-        }
     }
 }

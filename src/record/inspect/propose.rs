@@ -2,8 +2,9 @@
 
 use super::follow::{Follows, follows};
 use super::names::{Meaning, meanings};
+use crate::record::column::Column;
 use crate::record::mapping::Target;
-use crate::record::table::{Column, Table};
+use crate::record::table::Table;
 use crate::record::{Channel, Mapping, Quantity};
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -47,7 +47,7 @@ impl Timing {
         let gap = |(after, &step): (usize, &f64)| Gap {
             after,
             time: time[after],
-            missing: (step / interval).round() as usize - 1,
+            missing: ((step / interval).round() as usize).saturating_sub(1),
         };
         let at = |wanted: fn(f64, f64) -> bool| {
             let steps = steps.iter().enumerate();

@@ -5,8 +5,9 @@
 
 use super::value::{Fields, Value};
 use crate::record::Channel;
+use crate::record::column::Column;
 use crate::record::label::Label;
-use crate::record::table::{Column, Other};
+use crate::record::table::Other;
 use std::collections::BTreeMap;
 
 /// A wider matrix is no record.

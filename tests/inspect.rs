@@ -206,6 +206,17 @@ fn values_tell_where_names_do_not() {
         "{reasons:?}"
     );
 
+    let counts = text(7).replacen("c1", "c1 [counts]", 1);
+    let (_folder, path) = file("a.csv", &counts);
+    let found = inspect(&path, &[]).unwrap();
+    let spool = &found.proposals[2];
+    assert_eq!(spool.map, "c1=spool [1]");
+    assert!(
+        spool.reason.contains("the unit \"counts\" is not known"),
+        "{}",
+        spool.reason
+    );
+
     // At the same time either can be the command: neither is proposed.
     let (_folder, path) = file("a.csv", &text(0));
     let found = inspect(&path, &[]).unwrap();

@@ -2,8 +2,11 @@
 //!
 //! The files are made by `tests/data/make_mat.py`.
 
+mod program;
+
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
+use program::{printed, refused as refused_call, servobee};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::record::inspect::inspect;
@@ -240,6 +243,49 @@ fn unequal_lengths_and_two_times_are_refused() {
             "\"NaN\" is not finite",
             "repair",
         ],
+    );
+}
+
+/// The command that says so is looked at in `tests/inspect.rs`; here three files of one bench are fitted together.
+#[test]
+fn unlike_files_are_fitted_together() {
+    let bench = Record::read(Path::new(FOLDER).join("../bench.csv"), &[]).unwrap();
+    let series = |channel| &bench.get(channel).unwrap().values;
+    let [command, spool] = [Channel::Command, Channel::Spool].map(series);
+    let (half, rows) = (bench.samples() / 2, bench.samples());
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let line = |row: usize| format!("{};{};{}\n", bench.time()[row], command[row], spool[row]);
+    let lines = |rows: std::ops::Range<usize>| rows.map(line).collect::<String>();
+    let own = format!("time [s];command [V];spool [V]\n{}", lines(0..half));
+    write("a.csv", own.replace(';', ",").as_bytes());
+    let german = format!("Log\n\ntime;command;spool\ns;V;V\n{}", lines(half..rows));
+    write("c.csv", german.replace('.', ",").as_bytes());
+    let vectors = [("t", bench.time()), ("u", &command[..]), ("x", &spool[..])];
+    let vectors = vectors.map(|(name, values)| array(6, name, 9, &values[..half]));
+    write("b.mat", &with_header(&vectors.concat()));
+
+    let call = |maps: &[&str]| {
+        let files = ["identify", "a.csv", "b.mat", "--hold-out", "c.csv"];
+        let maps = maps.iter().flat_map(|map| ["--map", map]);
+        let rest = ["--effects", "none", "--evaluator", "cpu", "--out", "result"];
+        let arguments: Vec<&str> = files.into_iter().chain(maps).chain(rest).collect();
+        servobee(folder.path(), &arguments)
+    };
+    let line = refused_call(&call(&["t=time [s]", "u=command [V]"]));
+    assert!(
+        line.contains("b.mat") && line.contains("\"spool [%]\""),
+        "{line}"
+    );
+    let line = refused_call(&call(&["t=time [s]", "u=command [mA]", "x=spool [V]"]));
+    assert!(line.contains("b.mat"), "{line}");
+    let shown = printed(&call(&["t=time [s]", "u=command [V]", "x=spool [V]"]));
+    assert!(shown.contains("spool [V]"), "{shown}");
+    let report = program::json(folder.path().join("result/report.json"));
+    let warnings = report["warnings"].to_string();
+    assert!(
+        warnings.contains("a.csv: has no column") && !warnings.contains("b.mat"),
+        "{warnings}"
     );
 }
 

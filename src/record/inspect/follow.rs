@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-/// Rows that are compared at most, and rows by which one may be behind the other.
+/// Rows that are compared at most, and at least, and rows by which one may be behind the other.
 const ROWS: usize = 20_000;
+const FEWEST: usize = 20;
 const FARTHEST: usize = 200;
 
 /// Two commands are the same if they differ by less than this fraction of the command's range.
@@ -26,9 +27,13 @@ impl Follows {
     }
 }
 
-/// How `response` follows `command`: where they are most alike. `None` where one of them is constant, or not all finite.
+/// How `response` follows `command`: where they are most alike. `None` where one of
+/// them is constant or not all finite, or short.
 pub(super) fn follows(command: &[f64], response: &[f64]) -> Option<Follows> {
     let rows = command.len().min(response.len()).min(ROWS);
+    if rows < FEWEST {
+        return None;
+    }
     let (command, response) = (centred(&command[..rows])?, centred(&response[..rows])?);
     let farthest = FARTHEST.min(rows / 4) as isize;
     let at = |lag: isize| {

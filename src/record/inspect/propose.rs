@@ -196,7 +196,11 @@ impl Finder<'_> {
                 Quantity::Signal => "1",
                 quantity => quantity.usual().kept(),
             };
-            reason.push_str(&format!("; no unit is given, so [{assumed}] is assumed"));
+            let given = match &self.column(index).label.unit {
+                Some(unit) => format!("the unit {unit:?} is not known"),
+                None => "no unit is given".into(),
+            };
+            reason.push_str(&format!("; {given}, so [{assumed}] is assumed"));
             assumed.into()
         });
         let column = self.name(index);

@@ -39,8 +39,11 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
+/// A channel with its unit, as bits.
+type Bits = (Channel, String, Vec<u64>);
+
 /// Time and channels as bits.
-fn content(record: &Record) -> (Vec<u64>, Vec<(Channel, String, Vec<u64>)>) {
+fn content(record: &Record) -> (Vec<u64>, Vec<Bits>) {
     let channels = record
         .channels()
         .map(|(channel, s)| (channel, s.unit.clone(), bits(&s.values)));

@@ -925,6 +925,59 @@ proptest! {
         prop_assert!(read.channels().eq(record.channels()));
     }
 
+    /// In whatever dialect a record is written, it is read as it was, or refused as ambiguous.
+    #[test]
+    fn no_dialect_changes_a_record(
+        record in record(),
+        delimiter in prop::sample::select(vec![",", ";", "\t", "|", ":", " ", " ; "]),
+        [comma, unit_row, lines_above, behind, small] in any::<[bool; 5]>(),
+    ) {
+        let shown = |value: f64| {
+            let text = if small { format!("{:.3}", value % 1e4) } else { value.to_string() };
+            if comma && delimiter != "," { text.replace('.', ",") } else { text }
+        };
+        let labels: Vec<(&str, &str)> = std::iter::once(("time", "s"))
+            .chain(record.channels().map(|(channel, series)| (channel.name(), series.unit.as_str())))
+            .collect();
+        let end = if behind && delimiter != " " { format!("{}\n", delimiter.trim_end_matches(' ')) } else { "\n".into() };
+        let line = |cells: Vec<String>| cells.join(delimiter) + &end;
+        let mut text = String::new();
+        if lines_above {
+            text += "Channel file v2\nOperator: Ada; Bob, and C\n\nRate 1000\n";
+        }
+        if unit_row {
+            text += &line(labels.iter().map(|(name, _)| name.to_string()).collect());
+            text += &line(labels.iter().map(|(_, unit)| format!("[{unit}]")).collect());
+        } else {
+            text += &line(labels.iter().map(|(name, unit)| format!("{name} [{unit}]")).collect());
+        }
+        let even: Vec<f64> = (0..record.samples()).map(|row| 1.0 + 0.25 * row as f64).collect();
+        let time = if small { &even } else { record.time() };
+        let columns: Vec<&[f64]> = std::iter::once(time)
+            .chain(record.channels().map(|(_, series)| &series.values[..]))
+            .collect();
+        for row in 0..record.samples() {
+            text += &line(columns.iter().map(|column| shown(column[row])).collect());
+        }
+        let expected: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|column| column.iter().map(|&value| shown(value).replace(',', ".").parse().unwrap()).collect())
+            .collect();
+        match Record::parse("a.csv", &text, &[]) {
+            Ok(read) => {
+                prop_assert_eq!(read.time(), &expected[0][..]);
+                for ((_, series), expected) in read.channels().zip(&expected[1..]) {
+                    prop_assert_eq!(&series.values, expected);
+                }
+                prop_assert_eq!(read.channels().count() + 1, expected.len());
+            }
+            Err(error) => {
+                let message = error.to_string();
+                prop_assert!(message.contains(" can be "), "{} in {:?}", message, text);
+            }
+        }
+    }
+
     #[test]
     fn no_text_panics(text in prop_oneof![any::<String>(), almost_a_record()], map in any::<String>()) {
         let _ = map.parse::<Mapping>();

@@ -228,9 +228,7 @@ fn time_field(fields: &Fields) -> Option<&str> {
 /// How many numbers a vector of numbers has.
 fn vector_length(value: &Value) -> Option<usize> {
     match value {
-        Value::Numbers { sizes, values } if sizes.iter().any(|&size| size == values.len()) => {
-            Some(values.len())
-        }
+        Value::Numbers { sizes, values } if sizes.contains(&values.len()) => Some(values.len()),
         _ => None,
     }
 }

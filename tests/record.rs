@@ -254,6 +254,15 @@ fn two_possible_readings_are_refused() {
     let record = Record::parse("a.csv", &text, &[]).unwrap();
     assert_eq!(record.get(Channel::Spool).unwrap().values, [1.234, 5.678]);
 
+    // Two tables in a file.
+    assert_refused(
+        Record::parse("a.csv", &format!("gain,offset\n1,2\n3,4\n\n{GOOD}"), &[]),
+        &[
+            "a.csv, row 2",
+            "above the header in row 5",
+            "one table a file",
+        ],
+    );
     // Semicolons with decimal commas, or commas with semicolons in a text.
     let text = "time,x;note;y,command\n1,2;a;3,4\n2,3;b;4,5\n";
     assert_refused(

@@ -1,4 +1,4 @@
-//! Measurements: records in time and datasheet curves, with channels, units and checks.
+//! Measurements: records in time and datasheet curves, with channels, units and checks, from CSV and MAT files.
 
 pub mod cases;
 mod channel;

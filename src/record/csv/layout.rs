@@ -1,7 +1,8 @@
 //! Where a file's cells end, and where its header, its units and its samples begin.
 //!
 //! The samples say it: the right delimiter is the one with which most lines fall into as many cells, all of them numbers,
-//! text or empty. The header is the nearest line of names above the first such line, and what stands above it is not read.
+//! text or empty. The header is the nearest line of names above the first such line, and what stands above it is not read,
+//! unless it is a table of its own.
 
 use super::cells::{DELIMITERS, Look, look, split};
 use crate::record::label::unit_cell;
@@ -42,6 +43,8 @@ struct Cut {
     cells: usize,
     /// The same without an empty last cell: what stands there may be a cell, or the end of the one before.
     width: usize,
+    /// Whether it holds nothing but numbers.
+    bare: bool,
 }
 
 impl Cut {
@@ -62,6 +65,7 @@ impl Cut {
             kind,
             cells: number,
             width: cells.len(),
+            bare: kind == Kind::Sample && count(Look::Number) == cells.len(),
         }
     }
 
@@ -155,7 +159,7 @@ impl Reading {
 /// The layout of the file called `path`, of which `lines` are those that are not blank and no comment: one at least.
 ///
 /// # Errors
-/// Two delimiters do as well; numbers without a header.
+/// Two delimiters do as well; numbers without a header; two tables.
 pub(super) fn layout(path: &str, lines: &[Line<'_>]) -> Result<Layout> {
     let mut readings: Vec<Reading> = DELIMITERS
         .into_iter()
@@ -187,8 +191,21 @@ pub(super) fn layout(path: &str, lines: &[Line<'_>]) -> Result<Layout> {
             "separate cells by semicolons or tabs, and use these nowhere else",
         ));
     }
-    best.layout()
-        .ok_or_else(|| without_header(path, lines[best.first].0))
+    let layout = best
+        .layout()
+        .ok_or_else(|| without_header(path, lines[best.first].0))?;
+    let mut bare = (0..layout.header).filter(|&line| best.cuts[line].bare);
+    match (bare.next(), bare.next()) {
+        (Some(first), Some(_)) => Err(Error::input(
+            format!("{path}, row {}", lines[first].0),
+            format!(
+                "holds numbers above the header in row {}, as if another table stood there",
+                lines[layout.header].0
+            ),
+            "keep one table a file",
+        )),
+        _ => Ok(layout),
+    }
 }
 
 /// The layout of a file without a sane sample: its first line is the header.

@@ -7,6 +7,7 @@ mod datasheet;
 mod devices;
 mod effects;
 mod identify;
+mod inspect;
 mod options;
 mod plot;
 mod scorecard;
@@ -31,6 +32,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Identify(identify::Arguments),
+    Inspect(inspect::Arguments),
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
     Synthesize(synthesize::Arguments),
@@ -51,6 +53,7 @@ pub(crate) fn run() -> Result<()> {
     };
     match cli.command {
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),

@@ -7,7 +7,8 @@ use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Mapping, Record};
 use servobee::report::{
-    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile, ParameterReport,
+    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile,
+    ParameterReport, page,
 };
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -129,12 +130,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if let Some(output) = output {
         let files = [
             ("report.json", document.to_json()),
+            ("report.html", page(&identified, &document)),
             ("model.toml", model_toml(&identified)),
             ("residual.csv", residual_csv(&identified)),
         ];
         output.write(&files)?;
         println!(
-            "\nWritten to {}: report.json, model.toml, residual.csv",
+            "\nWritten to {}: report.json, report.html, model.toml, residual.csv",
             output.path().display()
         );
     }

@@ -168,6 +168,13 @@ pub struct Identified {
     pub evaluations: usize,
 }
 
+impl Identified {
+    /// Whether the result is more than the base model.
+    pub fn changed(&self) -> bool {
+        !self.added.is_empty() || self.free_form.is_some()
+    }
+}
+
 /// Fits `structure` to the measurements, finds out which effects it lacks, and looks at the residual.
 ///
 /// # Errors

@@ -1,0 +1,307 @@
+//! Plots as SVG. A colour stands for a role: the style sheet gives each its dashes, and its shade in the dark.
+
+use super::axis::Axis;
+use maud::{Markup, PreEscaped, html};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+/// Units of the drawing in a pixel of the page: the backend knows whole numbers only.
+const FINE: u32 = 4;
+const TEXT: u32 = 13;
+
+/// What a mark stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    /// What was measured.
+    Measured,
+    /// The base model.
+    Before,
+    /// The result.
+    After,
+    /// Another effect in the place of the one that was found.
+    Rival,
+    /// The noise floor, or what chance allows.
+    Noise,
+    /// Rows that were not fitted.
+    HeldOut,
+    /// The spread of measured values.
+    Spread,
+    /// Lines to read values by.
+    Grid,
+    /// Text and axes.
+    Text,
+}
+
+impl Role {
+    /// Its colour on white: those that Okabe and Ito found to be told apart by all, and greys.
+    fn colour(self) -> RGBColor {
+        match self {
+            Self::Measured => RGBColor(0x33, 0x33, 0x33),
+            Self::Before => RGBColor(0xD5, 0x5E, 0x00),
+            Self::After => RGBColor(0x00, 0x72, 0xB2),
+            Self::Rival => RGBColor(0xCC, 0x79, 0xA7),
+            Self::Noise => RGBColor(0x00, 0x9E, 0x73),
+            Self::HeldOut => RGBColor(0xEF, 0xF3, 0xF7),
+            Self::Spread => RGBColor(0xDD, 0xDD, 0xDD),
+            Self::Grid => RGBColor(0xE4, 0xE4, 0xE4),
+            Self::Text => RGBColor(0x22, 0x22, 0x22),
+        }
+    }
+
+    /// The same as text.
+    fn hex(self) -> String {
+        let RGBColor(r, g, b) = self.colour();
+        format!("#{r:02X}{g:02X}{b:02X}")
+    }
+
+    /// Width of its lines in pixels: what lies above is thinner.
+    fn width(self) -> f64 {
+        match self {
+            Self::Measured => 2.5,
+            Self::Before | Self::Noise | Self::Rival => 1.6,
+            Self::After => 1.4,
+            _ => 1.0,
+        }
+    }
+
+    fn line(self) -> ShapeStyle {
+        let width = (self.width() * f64::from(FINE)) as u32;
+        self.colour().stroke_width(width)
+    }
+}
+
+/// Something in a panel. Points that are not finite interrupt a line and are left out elsewhere.
+pub(super) enum Mark {
+    /// A line through points.
+    Line(Role, Vec<(f64, f64)>),
+    /// Points alone.
+    Dots(Role, Vec<(f64, f64)>),
+    /// A vertical stroke at x, from one y to another.
+    Bar(Role, f64, (f64, f64)),
+    /// A bar from the left edge to x, around y.
+    Length(Role, f64, f64),
+    /// A line across, at y.
+    Level(Role, f64),
+    /// A line upright, at x.
+    Upright(Role, f64),
+    /// The rows from one x to another.
+    Span(Role, (f64, f64)),
+}
+
+/// One plot.
+pub(super) struct Panel {
+    /// What it shows.
+    pub(super) title: String,
+    /// Width and height in pixels.
+    pub(super) size: (u32, u32),
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    /// What is in it, from the bottom to the top.
+    pub(super) marks: Vec<Mark>,
+}
+
+impl Panel {
+    /// The plot below its title.
+    pub(super) fn draw(&self) -> Markup {
+        let (width, height) = (self.size.0 * FINE, self.size.1 * FINE);
+        let mut text = String::new();
+        {
+            let root = SVGBackend::with_string(&mut text, (width, height)).into_drawing_area();
+            self.draw_on(&root).expect("a string takes what is drawn");
+            root.present().expect("a string takes what is drawn");
+        }
+        // The head is written below.
+        let start = text.find('>').map_or(0, |end| end + 1);
+        let content = text[start..].trim_end().trim_end_matches("</svg>");
+        html! {
+            div.panel.wide[self.size.0 > 600] {
+                p.title { (self.title) }
+                svg role="img" aria-label=(self.label()) viewBox=(format!("0 0 {width} {height}")) {
+                    (PreEscaped(content))
+                }
+            }
+        }
+    }
+
+    fn label(&self) -> String {
+        format!("{}: {} over {}", self.title, self.y.label, self.x.label)
+    }
+
+    fn draw_on(&self, root: &DrawingArea<SVGBackend, Shift>) -> Result<(), String> {
+        let fine = |pixels: u32| pixels * FINE;
+        let text = |pixels: u32| {
+            ("sans-serif", fine(pixels))
+                .into_font()
+                .color(&Role::Text.colour())
+        };
+        let (x, y) = (&self.x, &self.y);
+        let mut chart = ChartBuilder::on(root)
+            .margin_top(fine(6))
+            .margin_right(fine(14))
+            .x_label_area_size(fine(40))
+            .y_label_area_size(fine(y.room(TEXT)))
+            .build_cartesian_2d(x.clone(), y.clone())
+            .map_err(|error| error.to_string())?;
+        for mark in self
+            .marks
+            .iter()
+            .filter(|mark| matches!(mark, Mark::Span(..)))
+        {
+            self.draw_mark(&mut chart, mark)?;
+        }
+        chart
+            .configure_mesh()
+            .bold_line_style(Role::Grid.colour().stroke_width(FINE))
+            .light_line_style(TRANSPARENT)
+            .axis_style(Role::Text.colour().stroke_width(FINE))
+            .label_style(text(TEXT))
+            .axis_desc_style(text(TEXT))
+            .x_labels(self.size.0 as usize / 80)
+            .y_labels(self.size.1 as usize / 40)
+            .x_desc(x.label.as_str())
+            .y_desc(y.label.as_str())
+            .draw()
+            .map_err(|error| error.to_string())?;
+        for mark in self
+            .marks
+            .iter()
+            .filter(|mark| !matches!(mark, Mark::Span(..)))
+        {
+            self.draw_mark(&mut chart, mark)?;
+        }
+        Ok(())
+    }
+
+    fn draw_mark(&self, chart: &mut Chart<'_, '_>, mark: &Mark) -> Result<(), String> {
+        let (x, y) = (&self.x, &self.y);
+        let (left, right) = x.ends();
+        let (bottom, top) = y.ends();
+        let inside = |point: &(f64, f64)| x.holds(point.0) && y.holds(point.1);
+        match mark {
+            Mark::Line(role, points) => {
+                for piece in points.split(|point| !inside(point)) {
+                    draw(chart, PathElement::new(self.thinned(piece), role.line()))?;
+                }
+                Ok(())
+            }
+            Mark::Dots(role, points) => {
+                let size = 4 * FINE;
+                for &point in points.iter().filter(|point| inside(point)) {
+                    let colour = role.colour();
+                    match role {
+                        Role::Before => {
+                            draw(chart, TriangleMarker::new(point, size, colour.filled()))?
+                        }
+                        Role::Rival => draw(
+                            chart,
+                            Cross::new(point, size, colour.stroke_width(2 * FINE)),
+                        )?,
+                        _ => draw(chart, Circle::new(point, size, colour.filled()))?,
+                    }
+                }
+                Ok(())
+            }
+            Mark::Bar(role, at, (low, high)) if x.holds(*at) => {
+                let ends = vec![(*at, y.clamped(*low)), (*at, y.clamped(*high))];
+                draw(
+                    chart,
+                    PathElement::new(ends, role.colour().stroke_width(5 * FINE)),
+                )
+            }
+            Mark::Length(role, to, at) if y.holds(*at) => {
+                let ends = [(left, at - 0.3), (x.clamped(*to), at + 0.3)];
+                draw(chart, Rectangle::new(ends, role.colour().filled()))
+            }
+            Mark::Level(role, at) if y.holds(*at) => draw(
+                chart,
+                PathElement::new(vec![(left, *at), (right, *at)], role.line()),
+            ),
+            Mark::Upright(role, at) if x.holds(*at) => draw(
+                chart,
+                PathElement::new(vec![(*at, bottom), (*at, top)], role.line()),
+            ),
+            Mark::Span(role, (from, to)) => {
+                let ends = [(x.clamped(*from), bottom), (x.clamped(*to), top)];
+                draw(chart, Rectangle::new(ends, role.colour().filled()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// At most two points a column of pixels, its lowest and its highest.
+    fn thinned(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let columns = self.size.0 as usize;
+        if points.len() <= 2 * columns {
+            return points.to_vec();
+        }
+        let column = |x: f64| (self.x.share(x) * columns as f64) as usize;
+        let mut result = Vec::new();
+        for column in points.chunk_by(|a, b| column(a.0) == column(b.0)) {
+            let order = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+            let low = column.iter().min_by(order).expect("a chunk is not empty");
+            let high = column.iter().max_by(order).expect("a chunk is not empty");
+            let (first, second) = if low.0 <= high.0 {
+                (low, high)
+            } else {
+                (high, low)
+            };
+            result.push(*first);
+            if first != second {
+                result.push(*second);
+            }
+        }
+        result
+    }
+}
+
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
+
+fn draw<'b, E>(chart: &mut Chart<'_, 'b>, element: E) -> Result<(), String>
+where
+    for<'e> &'e E: plotters::element::PointCollection<'e, (f64, f64)>,
+    E: plotters::element::Drawable<SVGBackend<'b>>,
+{
+    let drawn = chart.draw_series(std::iter::once(element));
+    drawn.map(|_| ()).map_err(|error| error.to_string())
+}
+
+/// How a mark looks in a legend.
+#[derive(Clone, Copy)]
+pub(super) enum Key {
+    Line,
+    Dot,
+    Area,
+}
+
+/// A line of marks and their names.
+pub(super) fn legend(entries: &[(Role, Key, &str)]) -> Markup {
+    html! {
+        p.legend {
+            @for (role, key, name) in entries {
+                span {
+                    svg viewBox="0 0 36 12" aria-hidden="true" {
+                        @match (key, role) {
+                            (Key::Line, _) => { polyline fill="none" stroke=(role.hex()) stroke-width=(role.width()) points="1,6 35,6"; }
+                            (Key::Dot, Role::Before) => { polygon fill=(role.hex()) points="18,0 24,11 12,11"; }
+                            (Key::Dot, Role::Rival) => { path stroke=(role.hex()) stroke-width="2" d="M13,1L23,11M13,11L23,1"; }
+                            (Key::Dot, _) => { circle fill=(role.hex()) cx="18" cy="6" r="4"; }
+                            (Key::Area, _) => { rect fill=(role.hex()) x="4" y="1" width="28" height="10"; }
+                        }
+                    }
+                    " " (name)
+                }
+            }
+        }
+    }
+}
+
+/// A figure that the page calls `id`: panels, a legend and what is to be seen in them.
+pub(super) fn figure(id: &str, panels: &[Panel], legend: Markup, caption: &Markup) -> Markup {
+    html! {
+        figure id=(id) {
+            (legend)
+            div.panels { @for panel in panels { (panel.draw()) } }
+            figcaption { (caption) }
+        }
+    }
+}

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 
 /// Units of the drawing in a pixel of the page: the backend knows whole numbers only.
 const FINE: u32 = 4;
-const TEXT: u32 = 13;
+const TEXT: u32 = 15;
 
 /// What a mark stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,7 +114,7 @@ impl Panel {
         let start = text.find('>').map_or(0, |end| end + 1);
         let content = text[start..].trim_end().trim_end_matches("</svg>");
         html! {
-            div.panel.wide[self.size.0 > 600] {
+            div.panel.wide[self.size.0 > 600] style=(format!("flex-basis:{}px", self.size.0)) {
                 p.title { (self.title) }
                 svg role="img" aria-label=(self.label()) viewBox=(format!("0 0 {width} {height}")) {
                     (PreEscaped(content))
@@ -138,7 +138,7 @@ impl Panel {
         let mut chart = ChartBuilder::on(root)
             .margin_top(fine(6))
             .margin_right(fine(14))
-            .x_label_area_size(fine(40))
+            .x_label_area_size(fine(38))
             .y_label_area_size(fine(y.room(TEXT)))
             .build_cartesian_2d(x.clone(), y.clone())
             .map_err(|error| error.to_string())?;

@@ -3,10 +3,13 @@
 use super::axis::Axis;
 use super::plot::{Key, Mark, Panel, Role, figure, legend};
 use crate::diagnose::{Considered, Identified};
+use crate::report::rounded;
 use maud::{Markup, html};
 
 /// Below this share of what would be significant all promises look alike.
 const LEAST: f64 = 0.03;
+/// Effects that a later round shows.
+const FEW: usize = 10;
 
 /// One figure a round; what is said instead where no effect was looked at.
 pub(super) fn all(identified: &Identified) -> Vec<Markup> {
@@ -28,73 +31,35 @@ pub(super) fn all(identified: &Identified) -> Vec<Markup> {
 }
 
 fn of_round(identified: &Identified, round: usize) -> Markup {
-    let list: Vec<&Considered> = identified
+    let mut list: Vec<&Considered> = identified
         .considered
         .iter()
         .filter(|one| one.round == round)
         .collect();
-    let names: Vec<String> = list.iter().map(|one| one.effect.to_string()).collect();
-    let height = 60 + 20 * names.len() as u32;
-    let chosen = |one: &Considered| one.decision.starts_with("chosen");
-    let role = |one: &Considered| {
-        if chosen(one) {
-            Role::After
-        } else {
-            Role::Spread
-        }
+    list.sort_by(|a, b| b.above_chance.total_cmp(&a.above_chance));
+    // What looks like chance in a later round was shown in the first.
+    let shown = if round == 1 {
+        list.len()
+    } else {
+        list.len().min(FEW)
     };
-    let rows = || list.iter().enumerate().map(|(row, one)| (row as f64, *one));
-    let mut marks: Vec<Mark> = rows()
-        .map(|(row, one)| Mark::Length(role(one), one.above_chance.max(LEAST), row))
+    let refitted: Vec<&Considered> = list
+        .iter()
+        .copied()
+        .filter(|one| one.error.is_some())
         .collect();
-    marks.push(Mark::Upright(Role::Noise, 1.0));
-    let promises = list.iter().map(|one| one.above_chance.max(LEAST));
-    let promise = Panel {
-        title: format!("Round {round}: what each effect promises"),
-        size: (560, height),
-        x: Axis::log(
-            "promise / what chance promises at most",
-            promises.chain([LEAST, 2.0]),
-        ),
-        y: Axis::names("", names),
-        marks,
-    };
-    let errors: Vec<(f64, f64, bool)> = rows()
-        .filter_map(|(row, one)| Some((one.error?, row, chosen(one))))
-        .collect();
-    let mut panels = vec![promise];
-    if !errors.is_empty() {
-        let dots = |which: bool| {
-            errors
-                .iter()
-                .filter(move |dot| dot.2 == which)
-                .map(|dot| (dot.0, dot.1))
-                .collect()
-        };
-        let worst = errors.iter().map(|dot| dot.0).fold(0.0, f64::max);
-        let refitted: Vec<String> = list
-            .iter()
-            .map(|one| one.error.map_or(String::new(), |_| one.effect.to_string()))
-            .collect();
-        panels.push(Panel {
-            title: "Refitted: held-out error".into(),
-            size: (360, height),
-            x: Axis::over("error / noise floor", [0.0, 1.0, worst]),
-            y: Axis::names("", refitted),
-            marks: vec![
-                Mark::Upright(Role::Noise, 1.0),
-                Mark::Dots(Role::Measured, dots(false)),
-                Mark::Dots(Role::After, dots(true)),
-            ],
-        });
+    let mut panels = vec![promises(&list[..shown], round)];
+    if !refitted.is_empty() {
+        panels.push(errors(refitted));
     }
     let entries = [
         (Role::After, Key::Area, "chosen"),
-        (Role::Spread, Key::Area, "not chosen"),
+        (Role::Measured, Key::Area, "refitted"),
+        (Role::Spread, Key::Area, "not refitted"),
         (
             Role::Noise,
             Key::Line,
-            "limit: chance promises as much in 1 of 100 records (left); noise floor (right)",
+            "limit: chance promises more in 1 of 100 records (left); noise floor (right)",
         ),
     ];
     let significant = list.iter().filter(|one| one.above_chance > 1.0).count();
@@ -103,6 +68,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
         "of what the best of all effects promises by chance in one of 100 records: " (significant) " of " (list.len())
         " reach beyond that line. The plausible ones of those were fitted together with the model; the error on rows that were "
         "held out decides, and of equal ones the simpler. "
+        @if shown < list.len() { "The others of this round promise less. " }
         @if round > 1 { "This round starts from the model with what the rounds before it added. " }
     };
     let id = if round == 1 {
@@ -127,5 +93,73 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
                 } }
             } }
         }
+    }
+}
+
+fn is_chosen(one: &Considered) -> bool {
+    one.decision.starts_with("chosen")
+}
+
+fn names(list: &[&Considered]) -> Vec<String> {
+    list.iter().map(|one| one.effect.to_string()).collect()
+}
+
+/// What each effect promises, in units of the limit of chance.
+fn promises(list: &[&Considered], round: usize) -> Panel {
+    let role = |one: &Considered| match one.error {
+        _ if is_chosen(one) => Role::After,
+        Some(_) => Role::Measured,
+        None => Role::Spread,
+    };
+    let bars = list
+        .iter()
+        .enumerate()
+        .map(|(row, one)| Mark::Length(role(one), one.above_chance.max(LEAST), row as f64));
+    let mut marks: Vec<Mark> = bars.collect();
+    marks.push(Mark::Upright(Role::Noise, 1.0));
+    let values = list.iter().map(|one| one.above_chance.max(LEAST));
+    let finding = match list.first().filter(|best| best.above_chance > 1.0) {
+        Some(best) => format!(
+            "{} promises {} times what chance does",
+            best.effect,
+            rounded(best.above_chance, 2)
+        ),
+        None => "none promises more than chance".into(),
+    };
+    Panel {
+        title: format!("Round {round}: {finding}"),
+        size: (560, 62 + 20 * list.len() as u32),
+        x: Axis::log("promise / limit of chance", values.chain([LEAST, 2.0])),
+        y: Axis::names("", names(list)),
+        marks,
+    }
+}
+
+/// The held-out errors of what was refitted, the lowest first.
+fn errors(mut list: Vec<&Considered>) -> Panel {
+    let error = |one: &Considered| one.error.unwrap_or(f64::INFINITY);
+    list.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    let dots = list.iter().enumerate().map(|(row, one)| {
+        let role = if is_chosen(one) {
+            Role::After
+        } else {
+            Role::Measured
+        };
+        Mark::Dots(role, vec![(error(one), row as f64)])
+    });
+    let mut marks = vec![Mark::Upright(Role::Noise, 1.0)];
+    marks.extend(dots);
+    let best = list.first().map_or(String::new(), |one| {
+        format!(": {} leaves least", one.effect)
+    });
+    Panel {
+        title: format!("Refitted{best}"),
+        size: (360, 62 + 20 * list.len() as u32),
+        x: Axis::over(
+            "held-out error / noise floor",
+            list.iter().map(|one| error(one)).chain([0.0, 1.0]),
+        ),
+        y: Axis::names("", names(&list)),
+        marks,
     }
 }

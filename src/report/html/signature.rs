@@ -51,10 +51,11 @@ fn of_effect(id: &str, effect: &str, contest: &Contest, records: &[Series]) -> M
     if let Some((rival, _)) = &rival {
         entries.push((Role::Rival, Key::Line, rival));
     }
+    let over = |i: usize| found.get(i).map_or("", |one| one.signal.as_str());
     let titles = [
-        format!("What gives {effect} away"),
+        format!("{effect} follows the {}", over(0)),
         match &rival {
-            Some((rival, _)) => format!("Where {effect} and {rival} differ most"),
+            Some((rival, _)) => format!("{effect} and {rival} part over the {}", over(1)),
             None => String::new(),
         },
     ];
@@ -99,6 +100,7 @@ fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
     models.extend(&form);
     models.extend(rival.and_then(|one| one.refit.as_ref()));
     let found = signatures(&base, &models, records);
+    let over = |i: usize| found.get(i).map_or("", |one| one.signal.as_str());
     let rival = rival.map(|one| spoken(one.effect));
     let mut entries = marks_of_rows();
     let mut roles = Vec::new();
@@ -148,8 +150,10 @@ fn marks_of_rows() -> Vec<(Role, Key, &'static str)> {
     ]
 }
 
-fn signal(found: &[Signature], i: usize) -> &str {
-    found.get(i).map_or("signal", |one| &one.signal)
+/// The signal of the `i`-th panel and the channel whose residual it shows.
+fn signal(found: &[Signature], i: usize) -> String {
+    let name = |one: &Signature| format!("{} (residual of the {})", one.signal, one.output.name());
+    found.get(i).map_or(String::new(), name)
 }
 
 fn explained(found: &[Signature]) -> String {

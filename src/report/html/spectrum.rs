@@ -5,6 +5,7 @@ use super::plot::{Key, Mark, Panel, Role, figure, legend};
 use super::rows::Rows;
 use crate::diagnose::{Identified, spectral_density};
 use crate::model::Output;
+use crate::report::rounded;
 use maud::{Markup, html};
 
 /// The spectrum of the residual before and after, beside what white noise would show.
@@ -39,8 +40,20 @@ pub(super) fn of(identified: &Identified, output: Output, rows: &Rows) -> Markup
         .map(|(role, line)| Mark::Line(role, line))
         .collect();
     marks.push(Mark::Level(Role::Noise, noise));
+    let highest = |line: &[(f64, f64)]| line.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+    let found = lines.first().and_then(|(_, line)| highest(line));
+    let title = found.map_or(
+        "Too few rows for a spectrum".to_owned(),
+        |(frequency, height)| {
+            let times = rounded(height / noise, 2);
+            format!(
+                "The {channel}'s residual was largest at {} Hz: {times} times the floor",
+                rounded(frequency, 2)
+            )
+        },
+    );
     let panel = Panel {
-        title: format!("Spectrum of the {channel}'s residual"),
+        title,
         size: (940, 300),
         x,
         y,

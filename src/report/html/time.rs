@@ -3,6 +3,7 @@
 use super::axis::Axis;
 use super::plot::{Key, Mark, Panel, Role, figure, legend};
 use super::rows::{Part, Rows};
+use super::words;
 use crate::diagnose::Identified;
 use crate::model::Output;
 use crate::report::rounded;
@@ -44,7 +45,7 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
         }
     };
     let all = panel(
-        format!("The whole of the {channel}"),
+        format!("The whole {channel}{}", words::fall(identified, output)),
         (940, 260),
         0..rows.time.len(),
         0.0,
@@ -89,7 +90,7 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
     let caption = html! {
         "The " (channel) " as it was measured and as it is simulated. The shaded rows were never fitted. "
         @if rows.parts.len() > 1 { "Records from left to right: " (records(rows)) ". " }
-        "Below, the " (STRETCHES) " that differ most from the measurement, enlarged."
+        "Below, the two stretches that differ most from the measurement, enlarged."
     };
     figure(
         &format!("time-{channel}"),
@@ -98,8 +99,6 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
         &caption,
     )
 }
-
-const STRETCHES: &str = "two stretches";
 
 /// The residual before and after, on one scale.
 pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) -> Markup {
@@ -141,7 +140,7 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
             let rms = if squares.is_empty() {
                 String::new()
             } else {
-                format!(" {} {unit} RMS where held out", rounded(rms, 3))
+                format!(" {} {unit} RMS on rows held out", rounded(rms, 3))
             };
             Panel {
                 title: format!("{title}{rms}"),

@@ -1,6 +1,7 @@
 //! The answer in words.
 
 use crate::diagnose::{Added, Fitted, Identified, Verdict};
+use crate::model::Output;
 use crate::model::effects::Effect;
 use crate::report::{FreeFormReport, quantity, rounded};
 
@@ -51,44 +52,61 @@ pub(super) fn answer(identified: &Identified) -> String {
 /// What the error was and is, by channel, beside the noise.
 pub(super) fn errors(identified: &Identified) -> String {
     let structure = &identified.after.problem.structure;
-    let changed = identified.changed();
-    let held_out = !identified.after.errors.hold_out.is_empty();
-    let side = |fitted: &Fitted, channel: &str| {
-        let errors = &fitted.errors;
-        let side = if held_out {
-            &errors.hold_out
-        } else {
-            &errors.fit
-        };
-        side.get(channel).map(|score| score.rmse)
-    };
-    let one = |output: &crate::model::Output| {
+    let one = |output: &Output| {
         let channel = output.name();
-        let unit = structure.unit(*output);
-        let (before, after) = (
-            side(&identified.before, channel)?,
-            side(&identified.after, channel)?,
-        );
-        let error = match changed {
-            true => format!("{} → {} {unit}", rounded(before, 3), rounded(after, 3)),
-            false => format!("{} {unit}", rounded(after, 3)),
-        };
         let noise = rounded(identified.noise.get(channel)?.value, 3);
+        let unit = structure.unit(*output);
         let many = structure.observed.len() > 1;
         let name = if many {
             format!("{channel} ")
         } else {
             String::new()
         };
-        Some(format!("{name}{error} (sensor noise {noise} {unit})"))
+        Some(format!(
+            "{name}{} (sensor noise {noise} {unit})",
+            error(identified, *output)?
+        ))
     };
     let all: Vec<String> = structure.observed.iter().filter_map(one).collect();
-    let side = if held_out {
+    let side = if held_out(identified) {
         "Held-out error"
     } else {
         "Error (nothing was held out)"
     };
     format!("{side}: {}.", all.join("; "))
+}
+
+/// How the error of `output` fell, as the end of a title.
+pub(super) fn fall(identified: &Identified, output: Output) -> String {
+    let side = if held_out(identified) {
+        "held-out"
+    } else {
+        "fitted"
+    };
+    error(identified, output).map_or(String::new(), |error| format!(": {side} error {error}"))
+}
+
+fn held_out(identified: &Identified) -> bool {
+    !identified.after.errors.hold_out.is_empty()
+}
+
+/// The error of `output` before and after with its unit; on rows held out, if there are any.
+fn error(identified: &Identified, output: Output) -> Option<String> {
+    let side = |fitted: &Fitted| {
+        let errors = &fitted.errors;
+        let side = if held_out(identified) {
+            &errors.hold_out
+        } else {
+            &errors.fit
+        };
+        side.get(output.name()).map(|score| score.rmse)
+    };
+    let (before, after) = (side(&identified.before)?, side(&identified.after)?);
+    let unit = identified.after.problem.structure.unit(output);
+    Some(match identified.changed() {
+        true => format!("{} → {} {unit}", rounded(before, 3), rounded(after, 3)),
+        false => format!("{} {unit}", rounded(after, 3)),
+    })
 }
 
 /// What a correction of free form does.

@@ -2,6 +2,7 @@
 
 use super::options::{Options, spinner};
 use super::table::{number, table};
+use servobee::card::Card;
 use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, identify};
 use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
@@ -128,9 +129,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     );
     print(&identified, &document);
     if let Some(output) = output {
+        let card = Card::of(&identified.after.problem, &identified.after.fit);
         let files = [
             ("report.json", document.to_json()),
-            ("report.html", page(&identified, &document)),
+            ("report.html", page(&identified, &document, &card)),
             ("model.toml", model_toml(&identified)),
             ("residual.csv", residual_csv(&identified)),
         ];

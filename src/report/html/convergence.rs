@@ -3,6 +3,7 @@
 use super::axis::Axis;
 use super::plot::{Key, Mark, Panel, Role, figure, legend};
 use crate::diagnose::Identified;
+use crate::report::rounded;
 use crate::search::Fit;
 use maud::{Markup, html};
 
@@ -14,7 +15,7 @@ pub(super) fn of(identified: &Identified) -> Markup {
     // Each channel is in units of its own deviation there.
     let error = |cost: f64| 100.0 * (cost / rows).sqrt();
     let bees = bees(
-        "The base model",
+        "The bees on the base model",
         search,
         "error [% of the signal's deviation]",
         &error,
@@ -29,7 +30,10 @@ pub(super) fn of(identified: &Identified) -> Markup {
             .map(|(row, (_, error))| (*error, row as f64));
         let largest = chain.iter().map(|(_, error)| *error).fold(1.0, f64::max);
         panels.push(Panel {
-            title: "Held-out error as effects are added".into(),
+            title: format!(
+                "Held-out error falls to {} times the noise",
+                rounded(chain[chain.len() - 1].1, 3)
+            ),
             size: (460, 260),
             x: Axis::over("error / noise floor", [0.0, largest]),
             y: Axis::names("", names),

@@ -1,6 +1,7 @@
 //! `report.html`: one file that shows the answer and everything it stands on. It needs no script and nothing beside it.
 
 mod axis;
+mod card;
 mod convergence;
 mod plot;
 mod ranking;
@@ -12,21 +13,28 @@ mod time;
 mod words;
 
 use super::Document;
+use crate::card::Card;
 use crate::diagnose::Identified;
 use crate::evaluate::problem::Series;
+use crate::model::Output;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use rows::Rows;
 
 const STYLE: &str = include_str!("style.css");
 
 /// The page of a diagnosis.
-pub fn page(identified: &Identified, document: &Document) -> String {
+pub fn page(identified: &Identified, document: &Document, card: &Card) -> String {
     let observed = &identified.after.problem.structure.observed;
     let channels: Vec<_> = observed
         .iter()
         .map(|&output| (output, Rows::new(identified, output)))
         .collect();
     let changed = identified.changed();
+    let unit = |channel: &str| {
+        let known = observed.iter().find(|output| output.name() == channel);
+        let unit = |output: &Output| identified.after.problem.structure.unit(*output).to_owned();
+        known.map_or(String::new(), unit)
+    };
     let content = html! {
         (section("time", "Measured and simulated", html! {
             @for (output, rows) in &channels { (time::over_time(identified, *output, rows)) }
@@ -46,8 +54,9 @@ pub fn page(identified: &Identified, document: &Document) -> String {
             @for figure in ranking::all(identified) { (figure) }
         }))
         (section("parameters", "Parameters", tables::parameters(&document.parameters, changed)))
+        (section("card", "The valve", card::all(card, identified)))
         (section("search", "Search", convergence::of(identified)))
-        (section("remaining", "What remains", tables::remaining(document)))
+        (section("remaining", "What remains", tables::remaining(document, &unit)))
         (section("run", "How it was run", tables::run(document, &records(identified))))
     };
     let lead = html! {

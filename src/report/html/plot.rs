@@ -26,6 +26,10 @@ pub(super) enum Role {
     HeldOut,
     /// The spread of measured values.
     Spread,
+    /// The first, second and third of three of a kind.
+    First,
+    Second,
+    Third,
     /// Lines to read values by.
     Grid,
     /// Text and axes.
@@ -43,6 +47,9 @@ impl Role {
             Self::Noise => RGBColor(0x00, 0x9E, 0x73),
             Self::HeldOut => RGBColor(0xEF, 0xF3, 0xF7),
             Self::Spread => RGBColor(0xDD, 0xDD, 0xDD),
+            Self::First => RGBColor(0x56, 0xB4, 0xE9),
+            Self::Second => RGBColor(0xE6, 0x9F, 0x00),
+            Self::Third => RGBColor(0x11, 0x11, 0x11),
             Self::Grid => RGBColor(0xE4, 0xE4, 0xE4),
             Self::Text => RGBColor(0x22, 0x22, 0x22),
         }
@@ -58,6 +65,7 @@ impl Role {
     fn width(self) -> f64 {
         match self {
             Self::Measured => 2.5,
+            Self::First | Self::Second | Self::Third => 2.0,
             Self::Before | Self::Noise | Self::Rival => 1.6,
             Self::After => 1.4,
             _ => 1.0,
@@ -76,6 +84,8 @@ pub(super) enum Mark {
     Line(Role, Vec<(f64, f64)>),
     /// Points alone.
     Dots(Role, Vec<(f64, f64)>),
+    /// Many small points.
+    Specks(Role, Vec<(f64, f64)>),
     /// A vertical stroke at x, from one y to another.
     Bar(Role, f64, (f64, f64)),
     /// A bar from the left edge to x, around y.
@@ -198,6 +208,12 @@ impl Panel {
                         )?,
                         _ => draw(chart, Circle::new(point, size, colour.filled()))?,
                     }
+                }
+                Ok(())
+            }
+            Mark::Specks(role, points) => {
+                for &point in points.iter().filter(|point| inside(point)) {
+                    draw(chart, Circle::new(point, FINE, role.colour().filled()))?;
                 }
                 Ok(())
             }

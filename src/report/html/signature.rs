@@ -112,8 +112,8 @@ fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
     }
     entries.extend(&roles);
     let titles = [
-        "What the base model leaves".to_owned(),
-        "Where the two differ most".to_owned(),
+        format!("What the base model leaves over the {}", over(0)),
+        format!("Where the two part: over the {}", over(1)),
     ];
     let caption = html! {
         "What the base model leaves, in groups of rows with nearly the same " (signal(&found, 0)) ": the median of each, and its "

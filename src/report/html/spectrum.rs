@@ -36,8 +36,8 @@ pub(super) fn of(identified: &Identified, output: Output, rows: &Rows) -> Markup
         positive.chain([noise]),
     );
     let mut marks: Vec<Mark> = lines
-        .into_iter()
-        .map(|(role, line)| Mark::Line(role, line))
+        .iter()
+        .map(|(role, line)| Mark::Line(*role, line.clone()))
         .collect();
     marks.push(Mark::Level(Role::Noise, noise));
     let highest = |line: &[(f64, f64)]| line.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));

@@ -71,7 +71,7 @@ pub(super) fn parameters(parameters: &[ParameterReport], before: bool) -> Markup
 }
 
 /// What is left, and what the data do not determine.
-pub(super) fn remaining(document: &Document) -> Markup {
+pub(super) fn remaining(document: &Document, unit: &dyn Fn(&str) -> String) -> Markup {
     let remaining = &document.remaining;
     html! {
         p {
@@ -90,7 +90,7 @@ pub(super) fn remaining(document: &Document) -> Markup {
             ul { @for line in &document.warnings { li { (line) } } }
         }
         @for (channel, change) in &document.integration_error {
-            p.note { "Halving the integration steps changes the " (channel) " by at most " (number(*change)) "." }
+            p.note { "Halving the integration steps changes the " (channel) " by at most " (number(*change)) " " (unit(channel)) "." }
         }
     }
 }

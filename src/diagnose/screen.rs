@@ -249,7 +249,14 @@ fn chances(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]
     largest.sort_by(|a, b| b.total_cmp(a));
     // Above this one the chance is at most LEVEL.
     let limit = largest[(LEVEL * (SURROGATES + 1) as f64) as usize - 1];
-    let one = |(value, chance): (&f64, &f64)| {
+    let one = |((value, chance), tried): ((&f64, &f64), &Tried)| {
+        // What the model spans already promises nothing, and chance makes nothing of it.
+        if tried.directions.0.is_empty() {
+            return Chance {
+                p_value: 1.0,
+                above: 0.0,
+            };
+        }
         let explained = value / chance;
         let as_large = largest.partition_point(|most| *most >= explained);
         Chance {
@@ -257,7 +264,7 @@ fn chances(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]
             above: explained / limit,
         }
     };
-    gains.iter().zip(&chance).map(one).collect()
+    gains.iter().zip(&chance).zip(tried).map(one).collect()
 }
 
 /// Ends of blocks that no record's end lies inside.

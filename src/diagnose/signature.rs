@@ -94,14 +94,17 @@ pub fn signatures(base: &Refit, models: &[&Refit], records: &[Series]) -> Vec<Si
         let means = square(&|bin| bin.mean).max(f64::MIN_POSITIVE);
         square(left) / means * one.explained
     };
+    // Whatever is slow is smooth over time: that says little of what it depends on.
+    let weight = |one: &Signature| if one.signal == "time" { 0.5 } else { 1.0 };
     let accounted = |one: &Signature| match models.is_empty() {
-        true => one.explained,
-        false => one.explained - share(one, &|bin| bin.mean - bin.mean_added[0]),
+        true => weight(one) * one.explained,
+        false => weight(one) * (one.explained - share(one, &|bin| bin.mean - bin.mean_added[0])),
     };
     let mut found: Vec<Signature> = Vec::new();
     found.extend(largest(&mut all, &accounted));
     if models.len() > 1 {
-        let parting = |one: &Signature| share(one, &|bin| bin.mean_added[0] - bin.mean_added[1]);
+        let apart = |one: &Signature| share(one, &|bin| bin.mean_added[0] - bin.mean_added[1]);
+        let parting = |one: &Signature| weight(one) * apart(one);
         found.extend(largest(&mut all, &parting));
     }
     found

@@ -36,7 +36,8 @@ pub fn quantity(value: f64, unit: &str) -> String {
         }
         _ => (1.0, unit.to_owned()),
     };
-    format!("{} {unit}", rounded(factor * value, 3))
+    let text = rounded(factor * value, 3).replacen('-', "−", 1);
+    format!("{text} {unit}")
 }
 
 #[cfg(test)]
@@ -56,7 +57,7 @@ mod tests {
         ];
         let texts = quantities.map(|(value, unit)| quantity(value, unit));
         assert_eq!(texts, ["4.69 ms", "0.0012 ms", "61.8 µm", "25 %"]);
-        assert_eq!(quantity(-0.0031, "V"), "-3.1 mV");
+        assert_eq!(quantity(-0.0031, "V"), "−3.1 mV");
         assert_eq!(quantity(0.002, "1/K"), "0.2 %/K");
         assert_eq!(quantity(15.0, "L/min"), "15 L/min");
     }

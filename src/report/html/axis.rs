@@ -137,7 +137,8 @@ impl Axis {
         let ticks = self.ticks(6);
         let longest = ticks.iter().map(|at| self.tick(*at).chars().count());
         let letters = longest.max().unwrap_or(0) as u32;
-        letters * text * 58 / 100 + 34
+        let name = if self.label.is_empty() { 12 } else { 34 };
+        letters * text * 54 / 100 + name
     }
 }
 

@@ -32,13 +32,22 @@ fn figures(figures: &[Figure]) -> Markup {
             tbody { @for figure in figures {
                 tr {
                     td { (figure.label) } td { (figure.unit) }
-                    td.n { (figure.value.map_or("–".into(), |value| rounded(value, 4))) }
-                    td.n { @if let (Some(low), Some(high)) = (figure.low, figure.high) { (rounded(low, 4)) " … " (rounded(high, 4)) } }
+                    td.n { (figure.value.map_or("–".into(), |value| shown(value))) }
+                    td.n { @if let (Some(low), Some(high)) = (figure.low, figure.high) { (shown(low)) " … " (shown(high)) } }
                     td.wrap { (figure.note) }
                 }
             } }
         } }
         p.note { "Read off the fitted model on a simulated bench, in the terms of ISO 10770-1, without what only the sensors add." }
+    }
+}
+
+/// A figure to four digits; what rounding left of zero is zero.
+fn shown(value: f64) -> String {
+    if value.abs() < 1e-5 {
+        "0".into()
+    } else {
+        rounded(value, 4)
     }
 }
 
@@ -180,18 +189,25 @@ fn bode(responses: &[Response]) -> Markup {
 }
 
 fn of_step(step: &Step) -> Markup {
+    let length = step.points.last().map_or(0.0, |point| point[0]);
+    let (unit, factor) = if length > 2.0 {
+        ("s", 1.0)
+    } else {
+        ("ms", 1e3)
+    };
     let points: Vec<(f64, f64)> = step
         .points
         .iter()
-        .map(|&[time, spool]| (1e3 * time, spool))
+        .map(|&[time, spool]| (factor * time, spool))
         .collect();
-    let time = step.time.map_or("90 % is not reached".into(), |time| {
-        format!("90 % after {} ms", rounded(1e3 * time, 3))
-    });
+    let time = match step.time {
+        Some(time) => format!("90 % after {} {unit}", rounded(factor * time, 3)),
+        None => "90 % is not reached".into(),
+    };
     let panel = Panel {
         title: format!("{time}, overshoot {} %", rounded(step.overshoot, 2)),
         size: (940, 260),
-        x: Axis::over("time [ms]", points.iter().map(|point| point.0)),
+        x: Axis::over(format!("time [{unit}]"), points.iter().map(|point| point.0)),
         y: Axis::over("spool [% of its way]", points.iter().map(|point| point.1)),
         marks: vec![
             Mark::Level(Role::Text, 90.0),

@@ -14,7 +14,7 @@ mod words;
 
 use super::Document;
 use crate::card::Card;
-use crate::diagnose::Identified;
+use crate::diagnose::{Identified, Verdict};
 use crate::evaluate::problem::Series;
 use crate::model::Output;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -43,7 +43,11 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         (section("residual", "What is left over", html! {
             @for (output, rows) in &channels { (time::residuals(identified, *output, rows)) }
         }))
-        (section("signatures", "What gave it away", html! {
+        (section("signatures", match identified.verdict {
+            Verdict::Found => "What gave it away",
+            Verdict::None => "What the residual depends on",
+            Verdict::Unexplained => "What is missing",
+        }, html! {
             @for figure in signature::all(identified) { (figure) }
             @if let Some(form) = &document.free_form { (tables::free_form(form)) }
         }))
@@ -65,8 +69,11 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         @if let Some(form) = &document.free_form { p { (words::correction(form)) } }
         @if let Some(fell) = &document.error.improvement.hold_out {
             p {
-                (format!("The held-out error fell by {:.1} % (95 % interval {:.1} … {:.1} %); ", fell.percent, fell.low, fell.high))
-                (format!("{:.0} % of what was above the noise is explained.", 100.0 * document.explained))
+                (format!("The held-out error fell by {:.1} % (95 % interval {:.1} … {:.1} %)", fell.percent, fell.low, fell.high))
+                @if !identified.added.is_empty() {
+                    (format!("; {:.0} % of what was above the noise is explained", 100.0 * document.explained))
+                }
+                "."
             }
         }
         @for added in &identified.added {

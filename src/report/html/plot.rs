@@ -37,7 +37,8 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// Its colour on white: those that Okabe and Ito found to be told apart by all, and greys.
+    /// Its colour on white: those that Okabe and Ito found to be told apart by all, the lighter ones
+    /// darkened until they stand out from paper, and greys.
     fn colour(self) -> RGBColor {
         match self {
             Self::Measured => RGBColor(0x33, 0x33, 0x33),
@@ -47,8 +48,8 @@ impl Role {
             Self::Noise => RGBColor(0x00, 0x9E, 0x73),
             Self::HeldOut => RGBColor(0xEF, 0xF3, 0xF7),
             Self::Spread => RGBColor(0xDD, 0xDD, 0xDD),
-            Self::First => RGBColor(0x56, 0xB4, 0xE9),
-            Self::Second => RGBColor(0xE6, 0x9F, 0x00),
+            Self::First => RGBColor(0x3B, 0x8E, 0xC2),
+            Self::Second => RGBColor(0xB5, 0x7B, 0x00),
             Self::Third => RGBColor(0x11, 0x11, 0x11),
             Self::Grid => RGBColor(0xE4, 0xE4, 0xE4),
             Self::Text => RGBColor(0x22, 0x22, 0x22),
@@ -148,6 +149,7 @@ impl Panel {
         let mut chart = ChartBuilder::on(root)
             .margin_top(fine(6))
             .margin_right(fine(14))
+            .margin_left(fine(4))
             .x_label_area_size(fine(38))
             .y_label_area_size(fine(y.room(TEXT)))
             .build_cartesian_2d(x.clone(), y.clone())
@@ -319,5 +321,59 @@ pub(super) fn figure(id: &str, panels: &[Panel], legend: Markup, caption: &Marku
             div.panels { @for panel in panels { (panel.draw()) } }
             figcaption { (caption) }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel(points: Vec<(f64, f64)>) -> Panel {
+        let finite = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).collect::<Vec<f64>>();
+        Panel {
+            title: "a <b> & c".into(),
+            size: (400, 200),
+            x: Axis::over("time [s]", finite(|p| p.0)),
+            y: Axis::over("spool [V]", finite(|p| p.1)),
+            marks: vec![Mark::Line(Role::Measured, points)],
+        }
+    }
+
+    #[test]
+    fn a_long_line_keeps_its_peaks_in_few_points() {
+        let mut points: Vec<(f64, f64)> = (0..60_000).map(|k| (f64::from(k), 0.0)).collect();
+        points[31_234].1 = 7.0;
+        points[31_240].1 = -3.0;
+        let panel = panel(points.clone());
+        let thin = panel.thinned(&points);
+        assert!(thin.len() <= 2 * 401, "{}", thin.len());
+        assert!(thin.contains(&points[31_234]) && thin.contains(&points[31_240]));
+        assert!(thin.is_sorted_by(|a, b| a.0 <= b.0));
+        assert!(panel.draw().into_string().len() < 20_000);
+    }
+
+    #[test]
+    fn what_is_not_finite_interrupts_a_line_and_text_is_escaped() {
+        let points = vec![
+            (0.0, 1.0),
+            (1.0, 2.0),
+            (2.0, f64::NAN),
+            (3.0, 1.0),
+            (4.0, f64::INFINITY),
+            (5.0, 0.0),
+            (6.0, 1.0),
+        ];
+        let text = panel(points).draw().into_string();
+        assert_eq!(
+            text.matches(&format!("stroke=\"{}\"", Role::Measured.hex()))
+                .count(),
+            3,
+            "{text}"
+        );
+        assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
+        assert!(
+            text.contains("a &lt;b&gt; &amp; c") && text.contains("time [s]"),
+            "{text}"
+        );
     }
 }

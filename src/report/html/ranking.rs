@@ -52,15 +52,15 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
     if !refitted.is_empty() {
         panels.push(errors(refitted));
     }
+    let line = match panels.len() {
+        1 => "limit that chance passes in 1 of 100 records",
+        _ => "limit that chance passes in 1 of 100 records (left); noise floor (right)",
+    };
     let entries = [
         (Role::After, Key::Area, "chosen"),
         (Role::Measured, Key::Area, "refitted"),
         (Role::Spread, Key::Area, "not refitted"),
-        (
-            Role::Noise,
-            Key::Line,
-            "limit: chance promises more in 1 of 100 records (left); noise floor (right)",
-        ),
+        (Role::Noise, Key::Line, line),
     ];
     let significant = list.iter().filter(|one| one.above_chance > 1.0).count();
     let caption = html! {
@@ -128,7 +128,7 @@ fn promises(list: &[&Considered], round: usize) -> Panel {
     };
     Panel {
         title: format!("Round {round}: {finding}"),
-        size: (560, 62 + 20 * list.len() as u32),
+        size: (530, 62 + 20 * list.len() as u32),
         x: Axis::log("promise / limit of chance", values.chain([LEAST, 2.0])),
         y: Axis::names("", names(list)),
         marks,
@@ -153,10 +153,10 @@ fn errors(mut list: Vec<&Considered>) -> Panel {
         format!(": {} leaves least", one.effect)
     });
     Panel {
-        title: format!("Refitted{best}"),
-        size: (360, 62 + 20 * list.len() as u32),
+        title: format!("Held-out error{best}"),
+        size: (400, 62 + 20 * list.len() as u32),
         x: Axis::over(
-            "held-out error / noise floor",
+            "error / noise floor",
             list.iter().map(|one| error(one)).chain([0.0, 1.0]),
         ),
         y: Axis::names("", names(&list)),

@@ -2,8 +2,8 @@
 
 use super::axis::Axis;
 use super::plot::{Key, Mark, Panel, Role, figure, legend};
-use super::words::spoken;
-use crate::diagnose::{Contest, Fitted, Identified, Refit, Signature, Verdict, signatures};
+use super::words::{capitalised, spoken};
+use crate::diagnose::{Added, Contest, Fitted, Identified, Refit, Signature, Verdict, signatures};
 use crate::evaluate::problem::Series;
 use crate::model::Structure;
 use crate::report::rounded;
@@ -15,10 +15,10 @@ pub(super) fn all(identified: &Identified) -> Vec<Markup> {
     let contested = identified
         .added
         .iter()
-        .filter_map(|one| Some((one.effect, one.contest.as_ref()?)));
+        .filter_map(|one| Some((one, one.contest.as_ref()?)));
     let figures: Vec<Markup> = contested
         .enumerate()
-        .map(|(i, (effect, contest))| of_effect(&id(i), &spoken(effect), contest, records))
+        .map(|(i, (added, contest))| of_effect(&id(i), added, contest, records))
         .collect();
     match figures.is_empty() {
         true => vec![of_residual(identified, records)],
@@ -34,7 +34,8 @@ fn id(i: usize) -> String {
     }
 }
 
-fn of_effect(id: &str, effect: &str, contest: &Contest, records: &[Series]) -> Markup {
+fn of_effect(id: &str, added: &Added, contest: &Contest, records: &[Series]) -> Markup {
+    let effect = &spoken(added.effect);
     let Contest {
         without,
         with,
@@ -43,6 +44,9 @@ fn of_effect(id: &str, effect: &str, contest: &Contest, records: &[Series]) -> M
     let mut models = vec![with];
     models.extend(rival.iter().map(|rival| &rival.refit));
     let found = signatures(without, &models, records);
+    let tied = rival
+        .as_ref()
+        .is_some_and(|rival| added.tied_with.contains(&rival.effect));
     let rival = rival
         .as_ref()
         .map(|rival| (spoken(rival.effect), rival.error));
@@ -53,9 +57,14 @@ fn of_effect(id: &str, effect: &str, contest: &Contest, records: &[Series]) -> M
     }
     let over = |i: usize| found.get(i).map_or("", |one| one.signal.as_str());
     let titles = [
-        format!("{effect} follows the {}", over(0)),
+        capitalised(&format!("{effect} shows over the {}", over(0))),
         match &rival {
-            Some((rival, _)) => format!("{effect} and {rival} part over the {}", over(1)),
+            Some((rival, _)) if tied => capitalised(&format!(
+                "{effect} and {rival} cannot be told apart, not even here"
+            )),
+            Some((rival, _)) => {
+                capitalised(&format!("{effect} and {rival} part over the {}", over(1)))
+            }
             None => String::new(),
         },
     ];
@@ -66,6 +75,7 @@ fn of_effect(id: &str, effect: &str, contest: &Contest, records: &[Series]) -> M
         @if let (Some((rival, error)), Some(_)) = (&rival, found.get(1)) {
             "Its closest rival is " (rival) ", fitted in its place (held-out error " (rounded(*error, 3)) " times the noise): "
             "on the right the signal over which the two differ most, " (signal(&found, 1)) ". "
+            @if tied { "This record cannot tell the two apart. " }
         } @else {
             "No other effect came close enough to be fitted in its place. "
         }

@@ -89,7 +89,7 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
     entries.push((Role::HeldOut, Key::Area, "held out"));
     let caption = html! {
         "The " (channel) " as it was measured and as it is simulated. The shaded rows were never fitted. "
-        @if rows.parts.len() > 1 { "Records from left to right: " (records(rows)) ". " }
+        @if rows.parts.iter().any(|part| part.record != rows.parts[0].record) { "Records from left to right: " (records(rows)) ". " }
         "Below, the two stretches that differ most from the measurement, enlarged."
     };
     figure(

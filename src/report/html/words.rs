@@ -182,7 +182,8 @@ pub(super) fn listed(mut names: Vec<String>, word: &str) -> String {
     }
 }
 
-fn capitalised(text: &str) -> String {
+/// `text` with a capital letter.
+pub(super) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     match letters.next() {
         Some(first) => first.to_uppercase().chain(letters).collect(),

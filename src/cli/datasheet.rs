@@ -10,7 +10,8 @@ use servobee::evaluate::problem::Stream;
 use servobee::evaluate::{Chosen, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
 use servobee::report::{
-    Document, ErrorPair, Improvements, ParameterReport, RemainingReport, SCHEMA, not_identifiable,
+    Document, ErrorPair, Improvements, ParameterReport, RemainingReport, SCHEMA, datasheet_page,
+    not_identifiable,
 };
 use servobee::report::{ModelFile, OutputFolder};
 use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
@@ -114,18 +115,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut chosen = arguments.options.evaluator()?;
     let mut files = Vec::new();
     let mut report: Option<Document> = None;
-    for sheet in &sheets {
+    let mut fitted = Vec::new();
+    let count = sheets.len();
+    for sheet in sheets {
         let started = Instant::now();
-        let results = fits(sheet, &mut chosen, arguments)?;
+        let results = fits(&sheet, &mut chosen, arguments)?;
         let best = results
             .last()
             .map(|(_, fit)| fit)
             .expect("every sheet is fitted");
-        print(sheet, &results);
+        print(&sheet, &results);
         let seconds = started.elapsed().as_secs_f64();
         let evaluations = results.iter().map(|(_, fit)| fit.evaluations).sum();
         let document = document(
-            sheet,
+            &sheet,
             best,
             &chosen,
             arguments.options.seed,
@@ -136,7 +139,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             Some(earlier) => earlier.and(document),
             None => document,
         });
-        let prefix = if sheets.len() > 1 {
+        let prefix = if count > 1 {
             format!("{}_", sheet.quantity.0)
         } else {
             String::new()
@@ -145,10 +148,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             format!("{prefix}model.toml"),
             model_toml(&sheet.problem, best),
         ));
-        files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
+        files.push((format!("{prefix}points.csv"), points_csv(&sheet, best)));
+        fitted.push((sheet, results));
     }
-    let report = report.expect("at least one sheet").to_json();
-    files.insert(0, ("report.json".into(), report));
+    let report = report.expect("at least one sheet");
+    files.insert(0, ("report.html".into(), datasheet_page(&fitted, &report)));
+    files.insert(0, ("report.json".into(), report.to_json()));
     save(output, files)
 }
 

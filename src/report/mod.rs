@@ -11,7 +11,7 @@ pub use document::{
     AddedEffect, ConsideredEffect, Document, ErrorPair, FreeFormReport, ImprovementReport,
     Improvements, Knot, ParameterReport, RemainingReport, SCHEMA, not_identifiable,
 };
-pub use html::page;
+pub use html::{datasheet_page, page};
 pub use model_file::ModelFile;
 pub use number::{number, quantity, rounded};
 pub use output::OutputFolder;

@@ -1,7 +1,8 @@
 //! The valve as a datasheet shows it: figures, flow curve, frequency response, step.
 
 use super::axis::Axis;
-use super::plot::{Key, Mark, Panel, Role, figure, legend};
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
 use super::rows::Rows;
 use super::words::listed;
 use crate::card::{Card, Cycle, Figure, Response, Step};
@@ -32,7 +33,7 @@ fn figures(figures: &[Figure]) -> Markup {
             tbody { @for figure in figures {
                 tr {
                     td { (figure.label) } td { (figure.unit) }
-                    td.n { (figure.value.map_or("–".into(), |value| shown(value))) }
+                    td.n { (figure.value.map_or("–".into(), shown)) }
                     td.n { @if let (Some(low), Some(high)) = (figure.low, figure.high) { (shown(low)) " … " (shown(high)) } }
                     td.wrap { (figure.note) }
                 }

@@ -1,7 +1,8 @@
 //! How the search went.
 
 use super::axis::Axis;
-use super::plot::{Key, Mark, Panel, Role, figure, legend};
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
 use crate::diagnose::Identified;
 use crate::report::rounded;
 use crate::search::Fit;

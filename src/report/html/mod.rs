@@ -3,6 +3,8 @@
 mod axis;
 mod card;
 mod convergence;
+mod datasheet;
+mod figure;
 mod plot;
 mod ranking;
 mod rows;
@@ -17,6 +19,7 @@ use crate::card::Card;
 use crate::diagnose::{Identified, Verdict};
 use crate::evaluate::problem::Series;
 use crate::model::Output;
+pub use datasheet::datasheet_page;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use rows::Rows;
 

@@ -1,7 +1,8 @@
 //! Every effect that was looked at, round by round.
 
 use super::axis::Axis;
-use super::plot::{Key, Mark, Panel, Role, figure, legend};
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
 use crate::diagnose::{Considered, Identified};
 use crate::report::rounded;
 use maud::{Markup, html};

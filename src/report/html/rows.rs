@@ -23,6 +23,9 @@ pub(super) struct Rows {
     pub(super) parts: Vec<Part>,
 }
 
+/// (command, measured, simulated) of rows.
+type Simulated = Vec<(f64, f64, f64)>;
+
 /// Consecutive rows of one record.
 pub(super) struct Part {
     pub(super) record: String,
@@ -36,8 +39,8 @@ impl Rows {
     /// The rows of `output`.
     pub(super) fn new(identified: &Identified, output: Output) -> Self {
         let measurements = &identified.measurements;
-        let simulate = |records: &[Series]| -> Vec<[Vec<(f64, f64, f64)>; 2]> {
-            let of = |fitted: &crate::diagnose::Fitted| -> Vec<Vec<(f64, f64, f64)>> {
+        let simulate = |records: &[Series]| -> Vec<[Simulated; 2]> {
+            let of = |fitted: &crate::diagnose::Fitted| -> Vec<Simulated> {
                 let compared = Compared::all(&fitted.problem.structure, &fitted.values, records);
                 compared
                     .iter()
@@ -55,7 +58,7 @@ impl Rows {
             .iter()
             .zip(simulate(&measurements.hold_out));
         let tagged = |held_out| move |(series, rows)| (series, rows, held_out);
-        let mut all: Vec<(&Series, [Vec<(f64, f64, f64)>; 2], bool)> = Vec::new();
+        let mut all: Vec<(&Series, [Simulated; 2], bool)> = Vec::new();
         // The end of a record follows its beginning.
         if measurements.hold_out.iter().any(runs_in) {
             let pairs = fitted.map(tagged(false)).zip(held.map(tagged(true)));

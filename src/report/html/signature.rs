@@ -1,7 +1,8 @@
 //! What gave an effect away.
 
 use super::axis::Axis;
-use super::plot::{Key, Mark, Panel, Role, figure, legend};
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
 use super::words::{capitalised, spoken};
 use crate::diagnose::{Added, Contest, Fitted, Identified, Refit, Signature, Verdict, signatures};
 use crate::evaluate::problem::Series;

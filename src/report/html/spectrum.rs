@@ -1,7 +1,8 @@
 //! The residual over frequency.
 
 use super::axis::Axis;
-use super::plot::{Key, Mark, Panel, Role, figure, legend};
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
 use super::rows::Rows;
 use crate::diagnose::{Identified, spectral_density};
 use crate::model::Output;

@@ -1,7 +1,8 @@
 //! Numbers: errors, parameters, what remains, and how it was run.
 
 use super::axis::Axis;
-use super::plot::{Key, Mark, Panel, Role, figure, legend};
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
 use crate::diagnose::Identified;
 use crate::report::{Document, FreeFormReport, ParameterReport, number};
 use maud::{Markup, html};

@@ -1,7 +1,8 @@
 //! Measured and simulated over time, and what they differ by.
 
 use super::axis::Axis;
-use super::plot::{Key, Mark, Panel, Role, figure, legend};
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
 use super::rows::{Part, Rows};
 use super::words;
 use crate::diagnose::Identified;

@@ -78,7 +78,7 @@ impl Panel {
         };
         let (x, y) = (&self.x, &self.y);
         let mut chart = ChartBuilder::on(root)
-            .margin_top(fine(6))
+            .margin_top(fine(10))
             .margin_right(fine(14))
             .margin_left(fine(4))
             .x_label_area_size(fine(38))
@@ -92,19 +92,19 @@ impl Panel {
         {
             self.draw_mark(&mut chart, mark)?;
         }
-        chart
-            .configure_mesh()
-            .bold_line_style(Role::Grid.colour().stroke_width(FINE))
+        let mut mesh = chart.configure_mesh();
+        mesh.bold_line_style(Role::Grid.colour().stroke_width(FINE))
             .light_line_style(TRANSPARENT)
             .axis_style(Role::Text.colour().stroke_width(FINE))
             .label_style(text(TEXT))
             .axis_desc_style(text(TEXT))
             .x_labels(self.size.0 as usize / 80)
             .y_labels(self.size.1 as usize / 40)
-            .x_desc(x.label.as_str())
-            .y_desc(y.label.as_str())
-            .draw()
-            .map_err(|error| error.to_string())?;
+            .x_desc(x.label.as_str());
+        if !y.label.is_empty() {
+            mesh.y_desc(y.label.as_str());
+        }
+        mesh.draw().map_err(|error| error.to_string())?;
         for mark in self
             .marks
             .iter()

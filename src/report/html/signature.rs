@@ -109,7 +109,9 @@ fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
     let rival = closest.filter(|_| unexplained);
     let mut models: Vec<&Refit> = Vec::new();
     models.extend(&form);
-    models.extend(rival.and_then(|one| one.refit.as_ref()));
+    // Without a curve to compare it with, the rival must not choose the signal.
+    let drawn = rival.filter(|_| form.is_some());
+    models.extend(drawn.and_then(|one| one.refit.as_ref()));
     let found = signatures(&base, &models, records);
     let over = |i: usize| found.get(i).map_or("", |one| one.signal.as_str());
     let rival = rival.map(|one| spoken(one.effect));
@@ -118,7 +120,7 @@ fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
     if form.is_some() {
         roles.push((Role::After, Key::Line, "the curve of free form"));
     }
-    if let Some(rival) = &rival {
+    if let (Some(rival), Some(_)) = (&rival, drawn) {
         roles.push((Role::Rival, Key::Line, rival));
     }
     entries.extend(&roles);

@@ -60,7 +60,11 @@ pub(super) fn of(identified: &Identified, output: Output, rows: &Rows) -> Markup
         y,
         marks,
     };
-    let mut entries = vec![(Role::Before, Key::Line, "before")];
+    let mut entries = vec![(
+        Role::Before,
+        Key::Line,
+        if changed { "before" } else { "base model" },
+    )];
     if changed {
         entries.push((Role::After, Key::Line, "after"));
     }

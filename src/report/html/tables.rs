@@ -71,7 +71,7 @@ pub(super) fn parameters(parameters: &[ParameterReport], before: bool) -> Markup
     }
 }
 
-/// What is left, and what the data do not determine.
+/// What is left, and what undermines the result.
 pub(super) fn remaining(document: &Document, unit: &dyn Fn(&str) -> String) -> Markup {
     let remaining = &document.remaining;
     html! {
@@ -82,13 +82,20 @@ pub(super) fn remaining(document: &Document, unit: &dyn Fn(&str) -> String) -> M
                 (true, known) => { "What is left in the residual is more than noise: " (known.join(", ")) "." }
             }
         }
-        @if !document.not_identifiable.is_empty() {
-            p { "Not identifiable from this data:" }
-            ul { @for line in &document.not_identifiable { li { (line) } } }
-        }
+        (undetermined(document, unit))
         @if !document.warnings.is_empty() {
             p { "What undermines the result:" }
             ul { @for line in &document.warnings { li { (line) } } }
+        }
+    }
+}
+
+/// What the data do not determine, and what the integration steps leave open.
+pub(super) fn undetermined(document: &Document, unit: &dyn Fn(&str) -> String) -> Markup {
+    html! {
+        @if !document.not_identifiable.is_empty() {
+            p { "Not identifiable from this data:" }
+            ul { @for line in &document.not_identifiable { li { (line) } } }
         }
         @for (channel, change) in &document.integration_error {
             p.note { "Halving the integration steps changes the " (channel) " by at most " (number(*change)) " " (unit(channel)) "." }

@@ -156,7 +156,11 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
             }
         })
         .collect();
-    let mut entries = vec![(Role::Before, Key::Line, "before")];
+    let mut entries = vec![(
+        Role::Before,
+        Key::Line,
+        if changed { "before" } else { "base model" },
+    )];
     if changed {
         entries.push((Role::After, Key::Line, "after"));
     }

@@ -132,7 +132,7 @@ impl Panel {
                 for &point in points.iter().filter(|point| inside(point)) {
                     let colour = role.colour();
                     match role {
-                        Role::Before => {
+                        Role::Before | Role::Second => {
                             draw(chart, TriangleMarker::new(point, size, colour.filled()))?
                         }
                         Role::Rival | Role::Third => draw(

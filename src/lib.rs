@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! record ──> structure ──> candidates ──> costs ──> fit ──> residual ──> diagnosis ──> report
-//! measured   base model    Bees ask       Evaluator  polish  what is      which effect  report.json, model.toml,
-//! or curve   + effects                    CPU | GPU          left over    explains it   residual.csv
+//! measured   base model    Bees ask       Evaluator  polish  what is      which effect  report.html, report.json,
+//! or curve   + effects                    CPU | GPU          left over    explains it   model.toml, residual.csv
 //! ```
 //!
 //! - [`record`]: measurements in time and datasheet curves, with channels, units and checks.
@@ -83,6 +83,7 @@
 //!     name: "bend",
 //!     port: Port::Command,
 //!     summary: "The amplifier bends",
+//!     finding: "the amplifier bends by {bend}",
 //!     equation: "u + bend u |u|",
 //!     shows: "an error that grows with the square of the command",
 //!     confused: "gain_curvature, which the spool does not show",

@@ -80,6 +80,7 @@ fn the_papers_valve_comes_out_with_its_published_areas_and_phase() {
             "flow_points.csv",
             "phase_model.toml",
             "phase_points.csv",
+            "report.html",
             "report.json"
         ]
     );

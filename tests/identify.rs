@@ -58,7 +58,7 @@ fn the_report_has_every_field_of_the_contract() {
     let report = report(folder.path(), &["bench.csv", "--seed", "3"]);
     assert_eq!(
         names(&folder.path().join("out")),
-        ["model.toml", "report.json", "residual.csv"]
+        ["model.toml", "report.html", "report.json", "residual.csv"]
     );
 
     assert_eq!(report["schema"], "servobee/report/1");

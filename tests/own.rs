@@ -69,6 +69,7 @@ fn described(
         port: Port::Command,
         summary: "of a test",
         equation: "",
+        finding: "bend the command",
         shows: "",
         confused: "",
         source: "",

@@ -11,10 +11,11 @@ use servobee::evaluate::Score;
 use servobee::evaluate::problem::Stream;
 use servobee::evaluate::{Chosen, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
+use servobee::report::ModelFile;
 use servobee::report::{
-    Document, ErrorPair, Improvements, ParameterReport, RemainingReport, SCHEMA, not_identifiable,
+    Document, ErrorPair, Improvements, ParameterReport, RemainingReport, SCHEMA, datasheet_page,
+    not_identifiable,
 };
-use servobee::report::{ModelFile, OutputFolder};
 use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
 use servobee::search::{Fit, Neighbourhood, Plan, Settings, Start, fit_all};
 use servobee::{Error, Result};
@@ -116,18 +117,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut chosen = arguments.options.evaluator()?;
     let mut files = Vec::new();
     let mut report: Option<Document> = None;
-    for sheet in &sheets {
+    let mut fitted = Vec::new();
+    let count = sheets.len();
+    for sheet in sheets {
         let started = Instant::now();
-        let results = fits(sheet, &mut chosen, arguments)?;
+        let results = fits(&sheet, &mut chosen, arguments)?;
         let best = results
             .last()
             .map(|(_, fit)| fit)
             .expect("every sheet is fitted");
-        print(sheet, &results);
+        if arguments.options.talks() {
+            print(&sheet, &results);
+        }
         let seconds = started.elapsed().as_secs_f64();
         let evaluations = results.iter().map(|(_, fit)| fit.evaluations).sum();
         let document = document(
-            sheet,
+            &sheet,
             best,
             &chosen,
             arguments.options.seed,
@@ -138,7 +143,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             Some(earlier) => earlier.and(document),
             None => document,
         });
-        let prefix = if sheets.len() > 1 {
+        let prefix = if count > 1 {
             format!("{}_", sheet.quantity.0)
         } else {
             String::new()
@@ -147,28 +152,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             format!("{prefix}model.toml"),
             model_toml(&sheet.problem, best),
         ));
-        files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
+        files.push((format!("{prefix}points.csv"), points_csv(&sheet, best)));
+        fitted.push((sheet, results));
     }
     let report = report.expect("at least one sheet");
-    println!();
-    card::print(&report.card);
+    if arguments.options.talks() {
+        println!();
+        card::print(&report.card);
+    }
+    files.insert(0, ("report.html".into(), datasheet_page(&fitted, &report)));
     files.insert(0, ("report.json".into(), report.to_json()));
-    save(output, files)
-}
-
-fn save(output: Option<OutputFolder>, files: Vec<(String, String)>) -> Result<()> {
-    let Some(output) = output else { return Ok(()) };
     let files: Vec<(&str, String)> = files
         .iter()
         .map(|(name, text)| (name.as_str(), text.clone()))
         .collect();
-    output.write(&files)?;
-    println!(
-        "\nWritten to {}: {}",
-        output.path().display(),
-        files.iter().map(|f| f.0).collect::<Vec<_>>().join(", ")
-    );
-    Ok(())
+    arguments.options.hand_over(&report, output, &files)
 }
 
 fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {

@@ -9,7 +9,8 @@ use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Mapping, Record};
 use servobee::report::{
-    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile, ParameterReport,
+    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile,
+    ParameterReport, page,
 };
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -31,10 +32,10 @@ return_pressure, pressure_a, pressure_b, position [mm], temperature [degC]. Need
 flow and position.")]
 pub(super) struct Arguments {
     /// Records to fit
-    #[arg(required = true, value_name = "RECORD.csv")]
+    #[arg(required = true, value_name = "RECORD")]
     records: Vec<PathBuf>,
     /// Records to score the model on, which are not fitted
-    #[arg(long, value_name = "RECORD.csv", num_args = 1..)]
+    #[arg(long, value_name = "RECORD", num_args = 1..)]
     hold_out: Vec<PathBuf>,
     /// Share of each record that is held out where no record is
     #[arg(long, value_name = "SHARE", default_value_t = HOLD_OUT, value_parser = share)]
@@ -134,20 +135,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         seconds,
         warnings,
     );
-    print(&identified, &document);
-    if let Some(output) = output {
-        let files = [
+    if arguments.options.talks() {
+        print(&identified, &document);
+    }
+    for warning in &document.warnings {
+        eprintln!("servobee: warning: {warning}");
+    }
+    let files = match output {
+        None => Vec::new(),
+        Some(_) => vec![
             ("report.json", document.to_json()),
+            ("report.html", page(&identified, &document, &card)),
             ("model.toml", model_toml(&identified)),
             ("residual.csv", residual_csv(&identified)),
-        ];
-        output.write(&files)?;
-        println!(
-            "\nWritten to {}: report.json, model.toml, residual.csv",
-            output.path().display()
-        );
-    }
-    Ok(())
+        ],
+    };
+    arguments.options.hand_over(&document, output, &files)
 }
 
 fn share(text: &str) -> std::result::Result<f64, String> {
@@ -202,9 +205,6 @@ fn print(identified: &Identified, document: &Document) {
     print_parameters(document);
     card::print(&document.card);
     print_rest(identified, document);
-    for warning in &document.warnings {
-        eprintln!("servobee: warning: {warning}");
-    }
 }
 
 /// The answer, and the chain of effects that it stands on.

@@ -3,7 +3,7 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::Result;
 use servobee::evaluate::{Choice, Chosen, choose};
-use servobee::report::OutputFolder;
+use servobee::report::{Document, OutputFolder};
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -24,9 +24,40 @@ pub(super) struct Options {
     /// Overwrite the results in a folder that exists
     #[arg(long)]
     pub(super) force: bool,
+    /// Print the report as JSON, and nothing else on standard output
+    #[arg(long, conflicts_with = "quiet")]
+    pub(super) json: bool,
+    /// Print nothing but warnings and errors
+    #[arg(long, short)]
+    pub(super) quiet: bool,
 }
 
 impl Options {
+    /// Whether results are told in words.
+    pub(super) fn talks(&self) -> bool {
+        !self.json && !self.quiet
+    }
+
+    /// Prints the report where that is asked for, writes the `files`, and says where they are.
+    pub(super) fn hand_over(
+        &self,
+        report: &Document,
+        output: Option<OutputFolder>,
+        files: &[(&str, String)],
+    ) -> Result<()> {
+        if self.json {
+            print!("{}", report.to_json());
+        }
+        let Some(output) = output else { return Ok(()) };
+        output.write(files)?;
+        if self.talks() {
+            let names: Vec<&str> = files.iter().map(|file| file.0).collect();
+            let folder = output.path().display();
+            println!("\nWritten to {folder}: {}", names.join(", "));
+        }
+        Ok(())
+    }
+
     /// The folder of results, checked before anything long begins.
     pub(super) fn output(&self) -> Result<Option<OutputFolder>> {
         self.out
@@ -38,11 +69,13 @@ impl Options {
     /// The evaluator, named to the user with the reason for it.
     pub(super) fn evaluator(&self) -> Result<Chosen> {
         let chosen = choose(self.evaluator)?;
-        println!(
-            "Evaluator: {} ({})",
-            chosen.evaluator.describe(),
-            chosen.why
-        );
+        if self.talks() {
+            println!(
+                "Evaluator: {} ({})",
+                chosen.evaluator.describe(),
+                chosen.why
+            );
+        }
         Ok(chosen)
     }
 }

@@ -1,6 +1,7 @@
 //! Tables and numbers on the terminal.
 
 use comfy_table::{CellAlignment, Table, presets};
+pub(super) use servobee::report::number;
 
 /// A table without lines, below its heads. The first column is aligned to the left, the others to the right.
 pub(super) fn table<H: AsRef<str>>(
@@ -20,21 +21,4 @@ pub(super) fn table<H: AsRef<str>>(
         }
     }
     table.trim_fmt()
-}
-
-/// `value` to five significant digits, as short as that allows.
-pub(super) fn number(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude == 0.0 {
-        return "0".into();
-    }
-    if !(1e-4..1e7).contains(&magnitude) {
-        return format!("{value:.3e}");
-    }
-    let decimals = (4 - magnitude.log10().floor() as i32).max(0) as usize;
-    let text = format!("{value:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').into(),
-        false => text,
-    }
 }

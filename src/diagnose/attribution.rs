@@ -1,17 +1,16 @@
 //! Which effects the model lacks: add, exchange, drop, until nothing more is significant.
 
 use super::evidence::{Evidence, Model, Side};
-use super::screen::{Screened, Screening};
+use super::screen::{LEVEL, Screened, Screening};
 use super::{Comparison, improvement};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
+use crate::model::{Parameter, Structure};
 use crate::search::{Moves, Neighbourhood, Settings, Variant};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Chance of a false alarm of the whole family of effects in one round.
-const LEVEL: f64 = 0.01;
 /// An effect must take this share of the held-out cost: less is seen by nobody, whatever its significance.
 const LEAST_OF_COST: f64 = 0.02;
 /// And this share of what the base model leaves above the noise: the rest may be the form of an effect already found.
@@ -42,6 +41,31 @@ const SWARM: Settings = Settings {
     },
 };
 
+/// A structure as it was fitted on the way to the result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refit {
+    /// The structure.
+    pub structure: Structure,
+    /// All its parameters, whose start values are the fitted ones.
+    pub parameters: Vec<Parameter>,
+}
+
+impl Refit {
+    /// Values of all parameters.
+    pub fn values(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.start).collect()
+    }
+}
+
+impl From<&Problem> for Refit {
+    fn from(problem: &Problem) -> Self {
+        Self {
+            structure: problem.structure.clone(),
+            parameters: problem.parameters.clone(),
+        }
+    }
+}
+
 /// What became of an effect that was looked at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Considered {
@@ -53,6 +77,10 @@ pub struct Considered {
     pub promise: f64,
     /// Chance of as good a promise of any effect where none is missing.
     pub p_value: f64,
+    /// How much it promises, in units of the promise that would be significant: above 1 chance promises less.
+    pub above_chance: f64,
+    /// The model so far with it; only where it was refitted.
+    pub refit: Option<Refit>,
     /// Held-out error with it, RMS in units of noise over all channels; only where it was refitted.
     pub error: Option<f64>,
     /// Why it was or was not chosen.
@@ -70,6 +98,30 @@ pub struct Added {
     pub error_before: f64,
     /// The same with it.
     pub error_after: f64,
+    /// What it is compared on with its closest rival.
+    pub contest: Option<Contest>,
+}
+
+/// The result beside the same model with one effect less, and with another in its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contest {
+    /// The result without the effect, fitted again.
+    pub without: Refit,
+    /// The result.
+    pub with: Refit,
+    /// The effect that does best in its place, if any other is plausible.
+    pub rival: Option<Rival>,
+}
+
+/// An effect in the place of another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    /// The effect.
+    pub effect: Effect,
+    /// The result with it instead.
+    pub refit: Refit,
+    /// Its held-out error, RMS in units of noise over all channels.
+    pub error: f64,
 }
 
 /// The result of the search.
@@ -385,9 +437,23 @@ impl<'a> Search<'a> {
                 }
             };
             let mut tied = Vec::new();
+            let mut contest = None;
             if let Some(reduced) = self.without(model, effect) {
-                for (other, rival) in self.alternatives(&reduced)? {
-                    if other != effect && self.same(&rival, model) && self.worth(&reduced, &rival) {
+                let mut rivals = self.alternatives(&reduced)?;
+                rivals.retain(|(other, _)| *other != effect);
+                let loss = |(_, rival): &(Effect, Model)| rival.loss(Side::HoldOut);
+                let closest = rivals.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)));
+                contest = Some(Contest {
+                    without: (&reduced.problem).into(),
+                    with: (&model.problem).into(),
+                    rival: closest.map(|(effect, rival)| Rival {
+                        effect: *effect,
+                        refit: (&rival.problem).into(),
+                        error: rival.loss(Side::HoldOut).sqrt(),
+                    }),
+                });
+                for (other, rival) in rivals {
+                    if self.same(&rival, model) && self.worth(&reduced, &rival) {
                         tied.push((rival.loss(Side::HoldOut), other));
                     }
                 }
@@ -398,6 +464,7 @@ impl<'a> Search<'a> {
                 tied_with: tied.into_iter().map(|(_, other)| other).collect(),
                 error_before: current.loss(Side::HoldOut).sqrt(),
                 error_after: next.loss(Side::HoldOut).sqrt(),
+                contest,
             });
             current = next;
         }
@@ -429,6 +496,8 @@ impl<'a> Search<'a> {
                 round,
                 promise: 100.0 * one.promise,
                 p_value: one.p_value,
+                above_chance: one.above_chance,
+                refit: model.map(|model| (&model.problem).into()),
                 error: model.map(|model| model.loss(Side::HoldOut).sqrt()),
                 decision,
             });

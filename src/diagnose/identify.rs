@@ -162,8 +162,17 @@ pub struct Identified {
     pub noise: BTreeMap<String, Noise>,
     /// Largest change of each channel when the integration steps are halved, in its unit.
     pub integration_error: BTreeMap<String, f64>,
+    /// The search for the base model, with each channel in units of its own deviation: the noise was not known yet.
+    pub search: Fit,
     /// Candidates evaluated.
     pub evaluations: usize,
+}
+
+impl Identified {
+    /// Whether the result is more than the base model.
+    pub fn changed(&self) -> bool {
+        !self.added.is_empty() || self.free_form.is_some()
+    }
 }
 
 /// Fits `structure` to the measurements, finds out which effects it lacks, and looks at the residual.
@@ -201,6 +210,7 @@ pub fn identify(
         progress,
         measurements: &measurements,
         sizes,
+        search: &first.fit,
     };
     let mut result = diagnosis.of(problem.clone(), start, noise)?;
     evaluations += result.evaluations;
@@ -223,6 +233,7 @@ struct Diagnosis<'a> {
     progress: &'a mut dyn FnMut(&str),
     measurements: &'a Measurements,
     sizes: Scale,
+    search: &'a Fit,
 }
 
 impl Diagnosis<'_> {
@@ -240,6 +251,7 @@ impl Diagnosis<'_> {
             progress,
             measurements,
             sizes,
+            search,
         } = self;
         let mut evaluations = 0;
         for output in Output::ALL {
@@ -348,6 +360,7 @@ impl Diagnosis<'_> {
             measurements: measurements.clone(),
             noise,
             integration_error,
+            search: search.clone(),
             evaluations,
         })
     }
@@ -548,15 +561,15 @@ fn improvements(
 }
 
 /// What is known of the rows that count, one record after another.
-struct Known {
-    starts: Vec<usize>,
-    time: Vec<f64>,
-    command: Vec<f64>,
-    signals: Vec<(&'static str, Vec<f64>)>,
+pub(super) struct Known {
+    pub(super) starts: Vec<usize>,
+    pub(super) time: Vec<f64>,
+    pub(super) command: Vec<f64>,
+    pub(super) signals: Vec<(&'static str, Vec<f64>)>,
 }
 
 impl Known {
-    fn new(fitted: &[Compared]) -> Self {
+    pub(super) fn new(fitted: &[Compared]) -> Self {
         let mut starts = Vec::new();
         let mut rows: Vec<(f64, [f64; 7], [f64; 3])> = Vec::new();
         for compared in fitted {

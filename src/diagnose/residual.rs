@@ -10,6 +10,7 @@ use family::Family;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rustfft::num_complex::Complex;
+pub(super) use signals::rate;
 use signals::{Bins, Pair, Pattern, Signals};
 use spectrum::Spectrum;
 use statrs::function::erf::erfc;

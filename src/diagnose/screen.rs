@@ -19,6 +19,8 @@ use rayon::prelude::*;
 
 /// Surrogates that make up the null distribution.
 const SURROGATES: usize = 999;
+/// Chance of a false alarm of the whole family of effects in one round.
+pub(super) const LEVEL: f64 = 0.01;
 
 /// What the screening says of one effect.
 #[derive(Debug, Clone)]
@@ -31,6 +33,8 @@ pub(super) struct Screened {
     pub(super) promise: f64,
     /// Chance of as good a promise of any effect where none is missing.
     pub(super) p_value: f64,
+    /// What it explains, in units of what makes `p_value` equal to [`LEVEL`].
+    pub(super) above_chance: f64,
     /// Directions of its most promising trial, without what the model spans.
     directions: Basis,
 }
@@ -88,12 +92,13 @@ impl Screening {
             .filter(|best| best.cost < cost)
             .and_then(|best| left(evidence, model, best))
             .unwrap_or_else(|| residual.clone());
-        let p_values = p_values(evidence, &noise, &tried, &gains);
+        let chances = chances(evidence, &noise, &tried, &gains);
         let mut effects: Vec<Screened> = Vec::new();
-        for (one, p_value) in tried.into_iter().zip(p_values) {
+        for (one, chance) in tried.into_iter().zip(chances) {
             match effects.iter_mut().find(|other| other.effect == one.effect) {
                 Some(known) => {
-                    known.p_value = known.p_value.min(p_value);
+                    known.p_value = known.p_value.min(chance.p_value);
+                    known.above_chance = known.above_chance.max(chance.above);
                     let better = one.cost < known.starts[0].1;
                     let place = usize::from(!better) * known.starts.len();
                     known.starts.insert(place, (one.start, one.cost));
@@ -105,7 +110,8 @@ impl Screening {
                     effect: one.effect,
                     starts: vec![(one.start, one.cost)],
                     promise: 0.0,
-                    p_value,
+                    p_value: chance.p_value,
+                    above_chance: chance.above,
                     directions: one.directions,
                 }),
             }
@@ -185,9 +191,16 @@ fn left(evidence: &Evidence, model: &Model, tried: &Tried) -> Option<Vec<f64>> {
     Some(there.residual)
 }
 
-/// For each trial, which promises to take its part of `gains` from the cost, the chance that any trial explains as much of a
-/// surrogate of `residual`, each in units of its own chance level.
-fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]) -> Vec<f64> {
+/// What chance says of a trial.
+struct Chance {
+    /// The chance that any trial explains as much of a surrogate, each in units of its own chance level.
+    p_value: f64,
+    /// What the trial explains, in units of what makes `p_value` equal to [`LEVEL`].
+    above: f64,
+}
+
+/// For each trial, which promises to take its part of `gains` from the cost, what trials explain of surrogates of `residual`.
+fn chances(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]) -> Vec<Chance> {
     let starts = evidence.starts(Side::Fit);
     let channels = evidence.scale.iter().filter(|s| **s > 0.0).count().max(1);
     let block = super::bootstrap::block_length(residual, &[0]).max(20 * channels);
@@ -224,7 +237,7 @@ fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64
             values[values.len() / 2].max(f64::MIN_POSITIVE)
         })
         .collect();
-    let largest: Vec<f64> = null
+    let mut largest: Vec<f64> = null
         .iter()
         .map(|row| {
             row.iter()
@@ -233,14 +246,25 @@ fn p_values(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64
                 .fold(0.0, f64::max)
         })
         .collect();
-    let p_value = |(value, chance): (&f64, &f64)| {
-        let as_large = largest
-            .iter()
-            .filter(|most| **most >= value / chance)
-            .count();
-        (as_large + 1) as f64 / (SURROGATES + 1) as f64
+    largest.sort_by(|a, b| b.total_cmp(a));
+    // Above this one the chance is at most LEVEL.
+    let limit = largest[(LEVEL * (SURROGATES + 1) as f64) as usize - 1];
+    let one = |((value, chance), tried): ((&f64, &f64), &Tried)| {
+        // What the model spans already promises nothing, and chance makes nothing of it.
+        if tried.directions.0.is_empty() {
+            return Chance {
+                p_value: 1.0,
+                above: 0.0,
+            };
+        }
+        let explained = value / chance;
+        let as_large = largest.partition_point(|most| *most >= explained);
+        Chance {
+            p_value: (as_large + 1) as f64 / (SURROGATES + 1) as f64,
+            above: explained / limit,
+        }
     };
-    gains.iter().zip(&chance).map(p_value).collect()
+    gains.iter().zip(&chance).zip(tried).map(one).collect()
 }
 
 /// Ends of blocks that no record's end lies inside.

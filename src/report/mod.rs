@@ -1,7 +1,9 @@
-//! What a run tells and leaves behind: `report.json`, model files, and how files are written.
+//! What a run tells and leaves behind: `report.json`, `report.html`, model files, and how files are written.
 
 mod document;
+mod html;
 mod model_file;
+mod number;
 mod output;
 mod output_file;
 
@@ -9,6 +11,8 @@ pub use document::{
     AddedEffect, ConsideredEffect, Document, ErrorPair, FreeFormReport, ImprovementReport,
     Improvements, Knot, ParameterReport, RemainingReport, SCHEMA, not_identifiable,
 };
+pub use html::{datasheet_page, page};
 pub use model_file::ModelFile;
+pub use number::{number, quantity, rounded};
 pub use output::OutputFolder;
 pub use output_file::OutputFile;

@@ -135,7 +135,7 @@ impl Signals {
 }
 
 /// Change over time, from the row before to the row after, within each record.
-fn rate(values: &[f64], time: &[f64], starts: &[usize]) -> Vec<f64> {
+pub(in crate::diagnose) fn rate(values: &[f64], time: &[f64], starts: &[usize]) -> Vec<f64> {
     let records = stretches(values, starts)
         .into_iter()
         .zip(stretches(time, starts));

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "asymmetric_gain",
     port: Port::Area,
     summary: "The valve opens more in one direction than in the other",
+    finding: "the valve opens more in one direction than in the other, by {asymmetric_gain} either way",
     equation: "h = x (1 + asymmetric_gain) for x > 0, x (1 - asymmetric_gain) for x < 0",
     shows: "a residual in proportion to |x|: second harmonic, single-valued; the spool does not show it",
     confused: "sensor_offset and null_bias, which are there at null, too",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "compressibility",
     port: Port::Flow,
     summary: "A trapped volume of oil fills before the flow passes on",
+    finding: "the flow lags by {compressibility} because a trapped volume of oil fills first",
     equation: "compressibility dq/dt + q = Q",
     shows: "a lag of the flow that the spool does not show",
     confused: "sensor_lag on the flow, which has the same equation: only another volume tells them apart",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "delay",
     port: Port::Command,
     summary: "The command acts a fixed time after it is given",
+    finding: "the response lags by {delay} more than the model allows",
     equation: "u(t - delay)",
     shows: "a phase error that grows linearly with frequency while the gain stays; the residual follows the command's rate",
     confused: "sensor_lag, which shows in one channel only; a larger time constant, which also lowers the gain at high frequency",

@@ -94,6 +94,8 @@ pub struct Entry {
     pub port: Port,
     /// What it is, in one line.
     pub summary: &'static str,
+    /// What a diagnosis says that it found, with `{parameter}` and `{output}` in the place of their values.
+    pub finding: &'static str,
     /// Its equation.
     pub equation: &'static str,
     /// When it shows, and how its residual looks.

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "flow_force",
     port: Port::Actuator,
     summary: "The steady flow force pulls the spool towards null like a spring",
+    finding: "the flow force holds the spool back by {flow_force} of its opening at the rated pressure drop",
     equation: "dz/dt = K (sat(u - x, S) - flow_force h(x) dp/dp_ref), dp_ref the rated drop, or 70 bar where pressures are measured",
     shows: "a spool error in proportion to opening times pressure drop",
     confused: "a smaller spool gain where the pressure drop never changes; asymmetric_gain and gain_curvature, which leave the spool alone",

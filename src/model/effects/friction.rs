@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "friction",
     port: Port::Actuator,
     summary: "Coulomb and Stribeck friction: the spool sticks until the error is large enough",
+    finding: "friction of {friction}, and {stiction} more at standstill, hold the spool",
     equation: "T dv/dt = K sat(u - x, S) - v - K f sign(v), f = friction + stiction/(1 + (v/stribeck_speed)^2); v stays 0 while |sat(u - x, S)| <= friction + stiction",
     shows: "a spool that stands still after reversals, plateaus on slow sines, relatively worse when the motion is small",
     confused: "hysteresis on one slow triangle: only friction lets go with a jump and depends on how the spool moves",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "gain_curvature",
     port: Port::Area,
     summary: "The flow gain changes along the stroke",
+    finding: "the flow gain changes along the stroke, by {gain_curvature} from its mean to its end",
     equation: "h = x + gain_curvature x (|x| - 1), x = 1 at full scale",
     shows: "an odd, static residual that grows with |x| and is zero at full scale",
     confused: "overlap, which has a corner near null; supply_droop, whose error goes with the flow squared and lags",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "hysteresis",
     port: Port::Command,
     summary: "The command acts through a play: rate-independent hysteresis",
+    finding: "a play of ±{hysteresis} lies between command and spool",
     equation: "y = max(u - b, min(u + b, y_before)), half-width b = hysteresis",
     shows: "a loop of constant width at any speed, however slow; the residual follows the command's direction",
     confused: "friction, whose error grows when the spool moves slowly; a lag, whose loop vanishes at low speed",

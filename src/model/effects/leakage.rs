@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "leakage",
     port: Port::Flow,
     summary: "Oil leaks past the lands: a peak of flow at null, and a laminar part",
+    finding: "{leakage} leak past the lands at null",
     equation: "Q + leakage/(1 + (x/leakage_width)^2) + leakage_laminar dp",
     shows: "flow at closed lands, largest at null and gone when the valve is open",
     confused: "sensor_offset on the flow, which does not go when the valve opens; overlap",

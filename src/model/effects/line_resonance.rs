@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "line_resonance",
     port: Port::Flow,
     summary: "The oil column in the line rings at its own frequency",
+    finding: "the oil column in the line rings at {line_frequency}",
     equation: "q'' + 2 D w q' + w^2 q = w^2 Q, w = 2 pi line_frequency, D = line_damping",
     shows: "ringing at one frequency whatever the command; the spool does not show it (a damping above 0.6 would not ring)",
     confused: "compressibility, which does not ring; periodic_disturbance, which goes on at rest",

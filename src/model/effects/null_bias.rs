@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "null_bias",
     port: Port::Command,
     summary: "The valve's null does not lie at zero command",
+    finding: "the valve answers as if {null_bias} were added to the command",
     equation: "u + null_bias",
     shows: "a constant spool error, even harmonics, and a dead zone that is not centred",
     confused: "sensor_offset where only the spool is measured: with flow measured a null bias moves it, too",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "overlap",
     port: Port::Area,
     summary: "The spool must move by the overlap before the ports open",
+    finding: "the spool moves by {overlap} before the ports open",
     equation: "h = sign(x) max(|x| - overlap, 0)",
     shows: "no flow near null, single-valued; odd harmonics; the spool does not show it",
     confused: "hysteresis, whose dead band depends on the direction; gain_curvature, which has no corner",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "periodic_disturbance",
     port: Port::Measurement,
     summary: "Mains hum, pump ripple or vibration is added to the measurement",
+    finding: "a hum of {disturbance_frequency} is added to the measured {output}",
     equation: "y + a sin(2 pi f t) + b cos(2 pi f t)",
     shows: "a line in the residual's spectrum that has nothing to do with the command, and goes on at rest",
     confused: "line_resonance, which rings only when the valve moves",

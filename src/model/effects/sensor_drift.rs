@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "sensor_drift",
     port: Port::Measurement,
     summary: "The sensor's zero moves with time",
+    finding: "the zero of the {output} sensor drifts by {sensor_drift}",
     equation: "y + sensor_drift t",
     shows: "a ramp in time",
     confused: "sensor_offset on short records; viscosity_drift, which is gone at null",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "sensor_lag",
     port: Port::Measurement,
     summary: "The sensor follows what it measures with a first-order lag",
+    finding: "the {output} sensor lags by {sensor_lag}",
     equation: "sensor_lag dy/dt + y = x",
     shows: "a lag of one channel, the same at all amplitudes; the other channels do not show it",
     confused: "delay and a larger time constant where no other channel is measured; compressibility on the flow",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "sensor_offset",
     port: Port::Measurement,
     summary: "The sensor shows something when there is nothing",
+    finding: "the {output} sensor shows {sensor_offset} where there is nothing",
     equation: "y + sensor_offset",
     shows: "a constant",
     confused: "null_bias where only the spool is measured",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "slew_limit",
     port: Port::Actuator,
     summary: "The spool cannot move faster than its pilot stage lets it",
+    finding: "the spool moves no faster than {slew_limit}",
     equation: "T dv/dt = K sat(u - x, S) - v, dx/dt = v, |v| <= slew_limit",
     shows: "triangles instead of sines where amplitude times 2 pi frequency reaches the limit",
     confused: "saturation of the error, which also limits the speed but through the lag, and acts on the integrator",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "stroke_limit",
     port: Port::Actuator,
     summary: "The spool stops at the end of its stroke",
+    finding: "the spool stops at {stroke_limit}",
     equation: "|x| <= stroke_limit, dx/dt = 0 at the stop",
     shows: "flat tops at large openings only",
     confused: "saturation, which limits the error and so the speed; a valve whose area is used up, which shows in the flow alone",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "supply_droop",
     port: Port::Flow,
     summary: "The supply pressure falls with the flow that is drawn",
+    finding: "the supply pressure falls by {supply_droop} of flow that is drawn",
     equation: "p = p0 - supply_droop q, supply_lag dq/dt + q = |Q|",
     shows: "flow missing in proportion to its square, later than the flow itself; nothing of it is left against measured pressures",
     confused: "gain_curvature, which does not lag; viscosity_drift, which does not come back",

@@ -8,6 +8,7 @@ pub(super) const ENTRY: Entry = Entry {
     name: "viscosity_drift",
     port: Port::Flow,
     summary: "Flow and leakage change as the oil warms up",
+    finding: "the flow changes by {viscosity_drift} as the oil warms up",
     equation: "Q (1 + viscosity_drift t), or Q (1 + viscosity_drift_per_kelvin (temperature - 40 degC)) where temperature is measured",
     shows: "a flow error in proportion to the flow that grows with time or follows the temperature",
     confused: "sensor_drift, which is there at null, too",

@@ -1,0 +1,225 @@
+//! The valve as a datasheet shows it: figures, flow curve, frequency response, step.
+
+use super::axis::Axis;
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
+use super::rows::Rows;
+use super::words::listed;
+use crate::card::{Card, Cycle, Figure, Response, Step};
+use crate::diagnose::Identified;
+use crate::model::Output;
+use crate::report::rounded;
+use maud::{Markup, html};
+
+/// Most measured rows that are drawn.
+const ROWS: usize = 1500;
+/// The styles of the amplitudes.
+const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
+
+/// Everything that the card has.
+pub(super) fn all(card: &Card, identified: &Identified) -> Markup {
+    html! {
+        (figures(&card.figures))
+        (flow_curve(&card.cycle, &card.figures, identified))
+        (bode(&card.responses))
+        @if let Some(step) = &card.step { (of_step(step)) }
+    }
+}
+
+fn figures(figures: &[Figure]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr { th { "figure" } th { "unit" } th.n { "value" } th.n { "95 % interval" } th { "conditions" } } }
+            tbody { @for figure in figures {
+                tr {
+                    td { (figure.label) } td { (figure.unit) }
+                    td.n { (figure.value.map_or("–".into(), shown)) }
+                    td.n { @if let (Some(low), Some(high)) = (figure.low, figure.high) { (shown(low)) " … " (shown(high)) } }
+                    td.wrap { (figure.note) }
+                }
+            } }
+        } }
+        p.note { "Read off the fitted model on a simulated bench, in the terms of ISO 10770-1, without what only the sensors add." }
+    }
+}
+
+/// A figure to four digits; what rounding left of zero is zero.
+fn shown(value: f64) -> String {
+    if value.abs() < 1e-5 {
+        "0".into()
+    } else {
+        rounded(value, 4)
+    }
+}
+
+/// The slow cycle, beside the flow as it was measured at the spool's positions.
+fn flow_curve(cycle: &Cycle, figures: &[Figure], identified: &Identified) -> Markup {
+    let structure = &identified.after.problem.structure;
+    let flows = structure.valve.is_some();
+    let unit = if flows {
+        "L/min"
+    } else {
+        structure.command_unit.as_str()
+    };
+    let points = |branch: &[[f64; 2]]| branch.iter().map(|&[x, y]| (x, y)).collect::<Vec<_>>();
+    let (falling, rising) = (points(&cycle.falling), points(&cycle.rising));
+    let measured = if flows {
+        measured(identified)
+    } else {
+        Vec::new()
+    };
+    let both = || falling.iter().chain(&rising);
+    let rated = figures
+        .iter()
+        .find(|one| one.name == "rated_flow")
+        .and_then(|one| one.value);
+    let title = match rated.filter(|_| flows) {
+        Some(flow) => format!("Rated flow {} L/min", rounded(flow, 3)),
+        None => "At rest for every command".into(),
+    };
+    let panel = Panel {
+        title,
+        size: (940, 320),
+        x: Axis::over(
+            format!("command [{}]", structure.command_unit),
+            both().map(|p| p.0),
+        ),
+        y: Axis::over(
+            format!("{} [{unit}]", if flows { "flow" } else { "spool" }),
+            both().chain(&measured).map(|p| p.1),
+        ),
+        marks: vec![
+            Mark::Specks(Role::Measured, measured.clone()),
+            Mark::Line(Role::Before, falling.clone()),
+            Mark::Line(Role::After, rising.clone()),
+        ],
+    };
+    let mut entries = vec![
+        (Role::After, Key::Line, "model, rising"),
+        (Role::Before, Key::Line, "model, falling"),
+    ];
+    if !measured.is_empty() {
+        entries.push((Role::Measured, Key::Dot, "measured flow over spool"));
+    }
+    let caption = html! {
+        @if flows { "The flow at rest for every command, at the bench's pressure drop. " }
+        @else { "Where the spool stands for every command; the record shows no flow. " }
+        "The two branches part where the valve has hysteresis. "
+        @if !measured.is_empty() {
+            "The dots are measured rows, at the pressures and in the motion of the record: they lie on the curve where the valve "
+            "moves slowly at the bench's pressure drop."
+        }
+    };
+    figure("flow-curve", &[panel], legend(&entries), &caption)
+}
+
+/// Rows of measured flow over the spool, measured where it is and simulated otherwise; none where the spool has a unit of its
+/// own.
+fn measured(identified: &Identified) -> Vec<(f64, f64)> {
+    let structure = &identified.after.problem.structure;
+    if !structure.observes(Output::Flow)
+        || !structure.observes(Output::Spool)
+        || structure.spool_unit.is_some()
+    {
+        return Vec::new();
+    }
+    let [spool, flow] =
+        [Output::Spool, Output::Flow].map(|output| Rows::new(identified, output).measured);
+    let every = spool.len().div_ceil(ROWS).max(1);
+    spool.into_iter().zip(flow).step_by(every).collect()
+}
+
+fn bode(responses: &[Response]) -> Markup {
+    if responses.is_empty() {
+        let caption =
+            html! { "Nothing in this model moves the spool: there is no frequency response." };
+        return figure("bode", &[], html! {}, &caption);
+    }
+    let panel = |title: String, label: &str, limit: f64, of: fn(&crate::card::Point) -> f64| {
+        let points = || responses.iter().flat_map(|response| &response.points);
+        let mut marks = vec![Mark::Level(Role::Text, limit)];
+        marks.extend(responses.iter().zip(ROLES).map(|(response, role)| {
+            let line = response
+                .points
+                .iter()
+                .map(|point| (point.frequency, of(point)));
+            Mark::Line(role, line.collect())
+        }));
+        Panel {
+            title,
+            size: (460, 280),
+            x: Axis::log("frequency [Hz]", points().map(|point| point.frequency)),
+            y: Axis::over(label, points().map(of).chain([limit, 0.0])),
+            marks,
+        }
+    };
+    let limits = |of: fn(&Response) -> Option<f64>| {
+        let each = responses
+            .iter()
+            .map(|response| of(response).map_or("–".into(), |hz| rounded(hz, 3)));
+        listed(each.collect(), "and")
+    };
+    let panels = [
+        panel(
+            format!("−3 dB at {} Hz", limits(|r| r.amplitude_limit)),
+            "gain [dB]",
+            -3.0,
+            |point| point.gain,
+        ),
+        panel(
+            format!("−90° at {} Hz", limits(|r| r.phase_limit)),
+            "phase [deg]",
+            -90.0,
+            |point| point.phase,
+        ),
+    ];
+    let names: Vec<String> = responses
+        .iter()
+        .map(|r| format!("{} % of full scale", rounded(r.amplitude, 3)))
+        .collect();
+    let entries: Vec<(Role, Key, &str)> = ROLES
+        .into_iter()
+        .zip(&names)
+        .map(|(role, name)| (role, Key::Line, name.as_str()))
+        .collect();
+    let caption = html! {
+        "The spool's response to sines of three amplitudes (Bode plot). A linear valve has one curve; where they part, saturation, "
+        "a limit of speed or a dead zone is at work."
+    };
+    figure("bode", &panels, legend(&entries), &caption)
+}
+
+fn of_step(step: &Step) -> Markup {
+    let length = step.points.last().map_or(0.0, |point| point[0]);
+    let (unit, factor) = if length > 2.0 {
+        ("s", 1.0)
+    } else {
+        ("ms", 1e3)
+    };
+    let points: Vec<(f64, f64)> = step
+        .points
+        .iter()
+        .map(|&[time, spool]| (factor * time, spool))
+        .collect();
+    let time = match step.time {
+        Some(time) => format!("90 % after {} {unit}", rounded(factor * time, 3)),
+        None => "90 % is not reached".into(),
+    };
+    let panel = Panel {
+        title: format!("{time}, overshoot {} %", rounded(step.overshoot, 2)),
+        size: (940, 260),
+        x: Axis::over(format!("time [{unit}]"), points.iter().map(|point| point.0)),
+        y: Axis::over("spool [% of its way]", points.iter().map(|point| point.1)),
+        marks: vec![
+            Mark::Level(Role::Text, 90.0),
+            Mark::Line(Role::After, points),
+        ],
+    };
+    let caption = html! { "The spool after a step of the command from zero to full scale." };
+    figure(
+        "step",
+        &[panel],
+        legend(&[(Role::After, Key::Line, "spool")]),
+        &caption,
+    )
+}

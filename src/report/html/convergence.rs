@@ -1,0 +1,101 @@
+//! How the search went.
+
+use super::axis::Axis;
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
+use crate::diagnose::Identified;
+use crate::report::rounded;
+use crate::search::Fit;
+use maud::{Markup, html};
+
+/// The bees' best cost over the generations, and the held-out error as effects were added.
+pub(super) fn of(identified: &Identified) -> Markup {
+    let search = &identified.search;
+    let channels = identified.before.problem.structure.observed.len();
+    let rows = (identified.before.problem.rows() * channels).max(1) as f64;
+    // Each channel is in units of its own deviation there.
+    let error = |cost: f64| 100.0 * (cost / rows).sqrt();
+    let bees = bees(
+        "The bees on the base model",
+        search,
+        "error [% of the signal's deviation]",
+        &error,
+    );
+    let mut panels = vec![bees];
+    let chain = chain(identified);
+    if chain.len() > 1 {
+        let names: Vec<String> = chain.iter().map(|(name, _)| name.clone()).collect();
+        let dots = chain
+            .iter()
+            .enumerate()
+            .map(|(row, (_, error))| (*error, row as f64));
+        let largest = chain.iter().map(|(_, error)| *error).fold(1.0, f64::max);
+        panels.push(Panel {
+            title: format!(
+                "Held-out error falls to {} times the noise",
+                rounded(chain[chain.len() - 1].1, 3)
+            ),
+            size: (460, 260),
+            x: Axis::over("error / noise floor", [0.0, largest]),
+            y: Axis::names("", names),
+            marks: vec![
+                Mark::Upright(Role::Noise, 1.0),
+                Mark::Dots(Role::After, dots.collect()),
+            ],
+        });
+    }
+    let entries = [
+        (Role::Before, Key::Line, "best of the bees"),
+        (Role::After, Key::Line, "after the polish"),
+        (Role::Noise, Key::Line, "noise floor"),
+    ];
+    let shown = if chain.len() > 1 {
+        &entries[..]
+    } else {
+        &entries[..2]
+    };
+    let caption = html! {
+        "The best error on fitted rows after each generation of the Bees Algorithm, and where the Levenberg-Marquardt polish ends "
+        "that starts from there: " (search.search.evaluations) " evaluations by bees, " (search.evaluations - search.search.evaluations)
+        " by the polish. "
+        @if chain.len() > 1 { "Right: RMS over all channels of the rows held out, each in units of its noise floor." }
+    };
+    figure("convergence", &panels, legend(shown), &caption)
+}
+
+/// The bees' best cost over the generations, and the polish's, each as `error` reads it.
+pub(super) fn bees(title: &str, search: &Fit, label: &str, error: &dyn Fn(f64) -> f64) -> Panel {
+    let history = search.search.history.iter().enumerate();
+    let line: Vec<(f64, f64)> = history
+        .map(|(generation, cost)| (generation as f64 + 1.0, error(cost.value)))
+        .collect();
+    let end = search.cost().map(error).filter(|end| *end > 0.0);
+    let values = line
+        .iter()
+        .map(|point| point.1)
+        .filter(|value| *value > 0.0)
+        .chain(end);
+    let mut marks = vec![Mark::Line(Role::Before, line.clone())];
+    marks.extend(end.map(|end| Mark::Level(Role::After, end)));
+    Panel {
+        title: title.into(),
+        size: (460, 260),
+        x: Axis::over("generation", [0.0, line.len().max(1) as f64]),
+        y: Axis::log(label, values),
+        marks,
+    }
+}
+
+/// Held-out errors from the base model on.
+fn chain(identified: &Identified) -> Vec<(String, f64)> {
+    let added = &identified.added;
+    let first = added.first().map(|one| one.error_before);
+    let form = identified.free_form.as_ref();
+    let first = first.or(form.map(|form| form.error_before));
+    let base = first.map(|error| ("base model".to_owned(), error));
+    let effects = added
+        .iter()
+        .map(|one| (format!("+ {}", one.effect), one.error_after));
+    let form = form.map(|form| ("+ free form".to_owned(), form.error_after));
+    base.into_iter().chain(effects).chain(form).collect()
+}

@@ -1,0 +1,160 @@
+//! Numbers: errors, parameters, what remains, and how it was run.
+
+use super::axis::Axis;
+use super::figure::{Key, Role, figure, legend};
+use super::plot::{Mark, Panel};
+use crate::diagnose::Identified;
+use crate::report::{Document, FreeFormReport, ParameterReport, number};
+use maud::{Markup, html};
+
+/// Errors before and after, channel by channel.
+pub(super) fn errors(identified: &Identified) -> Markup {
+    let structure = &identified.after.problem.structure;
+    let (before, after) = (&identified.before.errors, &identified.after.errors);
+    let cell = |side: &std::collections::BTreeMap<String, crate::evaluate::Score>,
+                channel: &str| {
+        side.get(channel)
+            .map_or("–".into(), |score| number(score.rmse))
+    };
+    html! {
+        div.scroll { table {
+            thead {
+                tr { th {} th colspan="2" { "fitted" } th colspan="3" { "held out" } th {} }
+                tr {
+                    th { "channel" } th.n { "before" } th.n { "after" } th.n { "before" } th.n { "after" } th.n { "fit" } th.n { "noise floor" }
+                }
+            }
+            tbody { @for output in &structure.observed {
+                @let channel = output.name();
+                tr {
+                    td { (channel) " [" (structure.unit(*output)) "]" }
+                    td.n { (cell(&before.fit, channel)) } td.n { (cell(&after.fit, channel)) }
+                    td.n { (cell(&before.hold_out, channel)) } td.n { (cell(&after.hold_out, channel)) }
+                    td.n { (after.hold_out.get(channel).and_then(|s| s.fit_percent).map_or("–".into(), |fit| format!("{fit:.2} %"))) }
+                    td.n { (number(identified.noise[channel].value)) }
+                }
+            } }
+        } }
+        p.note { "Root mean square of measured less simulated, in the channel's unit. Fit: 100 (1 − ‖e‖ / ‖y − mean y‖)." }
+    }
+}
+
+/// The parameters with their intervals.
+pub(super) fn parameters(parameters: &[ParameterReport], before: bool) -> Markup {
+    let note = |parameter: &ParameterReport| {
+        let mut notes = Vec::new();
+        if parameter.at_bound {
+            notes.push("at its bound");
+        }
+        if parameter.moved {
+            notes.push("left the interval of the base model");
+        }
+        notes.join(", ")
+    };
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th { "parameter" } th { "unit" }
+                @if before { th.n { "before" } }
+                th.n { "value" } th.n { "95 % interval" } th {}
+            } }
+            tbody { @for parameter in parameters {
+                tr {
+                    td { (parameter.name) } td { (parameter.unit) }
+                    @if before { td.n { (parameter.before.map_or("–".into(), number)) } }
+                    td.n { (number(parameter.value)) }
+                    td.n { @if parameter.fixed { "fixed" } @else { (number(parameter.low)) " … " (number(parameter.high)) } }
+                    td { (note(parameter)) }
+                }
+            } }
+        } }
+    }
+}
+
+/// What is left, and what undermines the result.
+pub(super) fn remaining(document: &Document, unit: &dyn Fn(&str) -> String) -> Markup {
+    let remaining = &document.remaining;
+    html! {
+        p {
+            @match (remaining.structured, remaining.correlates_with.as_slice()) {
+                (false, _) => "What is left in the residual depends on nothing that this record shows.",
+                (true, []) => "What is left is far above the noise floor, but follows nothing that this record shows.",
+                (true, known) => { "What is left in the residual is more than noise: " (known.join(", ")) "." }
+            }
+        }
+        (undetermined(document, unit))
+        @if !document.warnings.is_empty() {
+            p { "What undermines the result:" }
+            ul { @for line in &document.warnings { li { (line) } } }
+        }
+    }
+}
+
+/// What the data do not determine, and what the integration steps leave open.
+pub(super) fn undetermined(document: &Document, unit: &dyn Fn(&str) -> String) -> Markup {
+    html! {
+        @if !document.not_identifiable.is_empty() {
+            p { "Not identifiable from this data:" }
+            ul { @for line in &document.not_identifiable { li { (line) } } }
+        }
+        @for (channel, change) in &document.integration_error {
+            p.note { "Halving the integration steps changes the " (channel) " by at most " (number(*change)) " " (unit(channel)) "." }
+        }
+    }
+}
+
+/// What evaluated how much, from which seed, in what time.
+pub(super) fn run(document: &Document, records: &[(String, usize, usize)]) -> Markup {
+    html! {
+        dl {
+            dt { "Program" } dd { "servobee " (env!("CARGO_PKG_VERSION")) }
+            @for (name, fitted, held_out) in records {
+                dt { "Record" } dd { (name) ": " (fitted) " rows fitted, " (held_out) " held out" }
+            }
+            dt { "Evaluator" } dd { (document.evaluator) " (" (document.evaluator_reason) ")" }
+            dt { "Seed" } dd { (document.seed) }
+            dt { "Evaluations" } dd { (document.evaluations) }
+            dt { "Time" } dd { (format!("{:.1} s", document.seconds)) }
+        }
+    }
+}
+
+/// The curve that describes what no entry of the catalogue explains.
+pub(super) fn free_form(form: &FreeFormReport) -> Markup {
+    let points: Vec<(f64, f64)> = form
+        .curve
+        .iter()
+        .map(|knot| (knot.signal, knot.value))
+        .collect();
+    let place = match &form.channel {
+        Some(channel) => format!("the measured {channel}"),
+        None => format!("the {} port", form.port),
+    };
+    let panel = Panel {
+        title: format!("A curve of the {} at {place}", form.signal),
+        size: (940, 260),
+        x: Axis::over(
+            format!("{} [{}]", form.signal, form.signal_unit),
+            points.iter().map(|p| p.0),
+        ),
+        y: Axis::over(
+            format!("added [{}]", form.unit),
+            points.iter().map(|p| p.1).chain([0.0]),
+        ),
+        marks: vec![
+            Mark::Level(Role::Text, 0.0),
+            Mark::Line(Role::After, points.clone()),
+            Mark::Dots(Role::After, points),
+        ],
+    };
+    let caption = html! {
+        "What is missing, without a name: what has to be added at " (place) " for each value of the " (form.signal) ". Straight "
+        "between the knots, constant beyond them."
+    };
+    figure(
+        "free-form",
+        &[panel],
+        legend(&[(Role::After, Key::Line, "what is added")]),
+        &caption,
+    )
+}

@@ -1,0 +1,428 @@
+//! `report.html`: what is in it, and what a browser makes of it.
+
+mod browser;
+mod program;
+
+use browser::{Browser, Shown};
+use program::{printed, servobee, servobee_with};
+use std::fs::{copy, create_dir, read_to_string, write};
+use std::path::Path;
+use tempfile::TempDir;
+
+/// Records, and what a call of `identify` says of them.
+struct Case {
+    name: &'static str,
+    synthesize: Option<&'static [&'static str]>,
+    identify: &'static [&'static str],
+    /// What the first heading says.
+    answer: &'static str,
+    /// Figures that only this case has.
+    figures: &'static [&'static str],
+}
+
+const CASES: [Case; 3] = [
+    Case {
+        name: "found",
+        synthesize: None,
+        identify: &["--effects", "delay,sensor_lag,friction"],
+        answer: "The response lags by 4.69 ms more than the model allows: delay.",
+        figures: &["ranking-2"],
+    },
+    Case {
+        name: "none",
+        synthesize: Some(&["--seconds", "4", "--no-flow"]),
+        identify: &["--effects", "delay,null_bias"],
+        answer: "The base model lacks nothing that this record shows.",
+        figures: &[],
+    },
+    Case {
+        name: "unexplained",
+        synthesize: Some(&["--outsider", "detent=0.3", "--seconds", "4", "--no-flow"]),
+        identify: &["--effects", "delay,null_bias"],
+        answer: "The base model lacks something that is in no entry of the catalogue.",
+        figures: &[],
+    },
+];
+
+/// Figures of every page.
+const FIGURES: [&str; 8] = [
+    "time-spool",
+    "residual-spool",
+    "signature",
+    "spectrum-spool",
+    "ranking",
+    "flow-curve",
+    "bode",
+    "convergence",
+];
+
+impl Case {
+    /// Writes the page of this case into `folder`.
+    fn page(&self, folder: &Path) -> String {
+        let record = format!("{}.csv", self.name);
+        match self.synthesize {
+            None => {
+                copy(
+                    concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv"),
+                    folder.join(&record),
+                )
+                .unwrap();
+            }
+            Some(arguments) => {
+                printed(&servobee(
+                    folder,
+                    &[&["synthesize", "--out", &record], arguments].concat(),
+                ));
+            }
+        }
+        let call = [&["identify", &record, "--out", self.name], self.identify].concat();
+        printed(&servobee(folder, &call));
+        read_to_string(folder.join(self.name).join("report.html")).unwrap()
+    }
+
+    fn expected(&self) -> impl Iterator<Item = &'static str> {
+        let flow: &[&str] = if self.synthesize.is_none() {
+            &["time-flow", "residual-flow", "spectrum-flow"]
+        } else {
+            &[]
+        };
+        FIGURES
+            .into_iter()
+            .chain(self.figures.iter().copied())
+            .chain(flow.iter().copied())
+    }
+}
+
+/// The text between `start` and `end`, wherever it is.
+fn between<'t>(text: &'t str, start: &str, end: &str) -> Vec<&'t str> {
+    let rest = text.split(start).skip(1);
+    rest.map(|rest| rest.split(end).next().unwrap()).collect()
+}
+
+/// Every tag is closed by its own, in order.
+fn assert_well_formed(page: &str) {
+    const VOID: [&str; 2] = ["meta", "br"];
+    let body = page
+        .strip_prefix("<!DOCTYPE html>")
+        .expect("a document type");
+    let mut open: Vec<&str> = Vec::new();
+    for tag in body.split('<').skip(1) {
+        let (tag, text) = tag
+            .split_once('>')
+            .unwrap_or_else(|| panic!("<{tag} does not end"));
+        let name = tag
+            .trim_start_matches('/')
+            .split(|c: char| c.is_whitespace() || c == '/')
+            .next()
+            .unwrap();
+        if tag.starts_with('/') {
+            assert_eq!(open.pop(), Some(name), "</{name}>");
+        } else if !tag.ends_with('/') && !VOID.contains(&name) {
+            open.push(name);
+        }
+        let style = open.last() == Some(&"style");
+        let entities = text.split('&').skip(1);
+        assert!(
+            style
+                || entities
+                    .clone()
+                    .all(|e| e.split(';').next().unwrap().len() < 7),
+            "{text}"
+        );
+    }
+    assert_eq!(open, Vec::<&str>::new());
+}
+
+#[test]
+fn every_verdict_has_its_answer_and_every_figure() {
+    let folder = TempDir::new().unwrap();
+    for case in &CASES {
+        let page = case.page(folder.path());
+        assert_well_formed(&page);
+        assert_eq!(
+            between(&page, "<h1>", "</h1>"),
+            [case.answer],
+            "{}",
+            case.name
+        );
+        for id in case.expected() {
+            let figure = between(&page, &format!("<figure id=\"{id}\">"), "</figure>");
+            assert_eq!(figure.len(), 1, "{}: figure {id}", case.name);
+            let caption = between(figure[0], "<figcaption>", "</figcaption>");
+            assert!(
+                caption.len() == 1 && caption[0].len() > 40,
+                "{}: {id}: {caption:?}",
+                case.name
+            );
+            let plots = between(figure[0], "<svg role=\"img\" aria-label=\"", "</svg>");
+            assert!(!plots.is_empty(), "{}: {id} has no plot", case.name);
+            for plot in plots {
+                assert!(
+                    plot.matches("<text").count() > 4,
+                    "{}: {id} has no ticks",
+                    case.name
+                );
+                let marks =
+                    ["<polyline", "<circle", "<rect"].map(|mark| plot.matches(mark).count());
+                assert!(
+                    marks.iter().sum::<usize>() > 3,
+                    "{}: {id}: {marks:?}",
+                    case.name
+                );
+            }
+        }
+        for id in ["parameters", "card", "remaining", "run"] {
+            assert_eq!(
+                page.matches(&format!("<section id=\"{id}\">")).count(),
+                1,
+                "{}: {id}",
+                case.name
+            );
+        }
+        for value in ["NaN", "inf,", "inf\"", ">inf", ">null<", "None", "Some("] {
+            assert!(!page.contains(value), "{}: {value}", case.name);
+        }
+        for outside in [
+            "http:", "https:", "src=", "href=", "url(", "@import", "<script", "<link", "<img",
+        ] {
+            assert!(!page.contains(outside), "{}: {outside}", case.name);
+        }
+        assert!(
+            page.len() < 1_000_000,
+            "{}: {} bytes",
+            case.name,
+            page.len()
+        );
+    }
+}
+
+#[test]
+fn a_datasheet_has_its_page() {
+    let folder = TempDir::new().unwrap();
+    let call = ["datasheet", "--case", "two-amplitude", "--out", "out"];
+    printed(&servobee(folder.path(), &call));
+    let page = read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert_well_formed(&page);
+    assert_eq!(
+        between(&page, "<h1>", "</h1>"),
+        ["The model follows the phase to 2.9 deg RMS."]
+    );
+    for (id, plots) in [("curve-1", 2), ("convergence-1", 3)] {
+        let figure = between(&page, &format!("<figure id=\"{id}\">"), "</figure>");
+        assert_eq!(figure.len(), 1, "{id}");
+        assert_eq!(
+            figure[0].matches("<svg role=\"img\"").count(),
+            plots,
+            "{id}"
+        );
+    }
+    let Some(browser) = Browser::find() else {
+        return;
+    };
+    let shown = browser.show(&page, 1100, false);
+    assert!(shown.complaints.is_empty(), "{:?}", shown.complaints);
+    assert_eq!(shown.plots.len(), 5);
+    for plot in &shown.plots {
+        assert!(
+            plot.outside.is_empty() && plot.overlaps.is_empty(),
+            "{plot:?}"
+        );
+    }
+    assert!(shown.content <= shown.window);
+}
+
+#[test]
+fn what_a_file_is_called_is_text_on_the_page() {
+    let folder = TempDir::new().unwrap();
+    let names = [
+        "<script>alert(1)</script>.csv",
+        "<img src=x onerror=alert(2)>&\".csv",
+    ];
+    create_dir(folder.path().join("<script>alert(1)<")).unwrap();
+    let text =
+        read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv")).unwrap();
+    let mut lines = text.lines();
+    let head = format!("{},<b>more</b>\n", lines.next().unwrap());
+    let rows: String = lines.map(|line| format!("{line},1\n")).collect();
+    for (i, name) in names.into_iter().enumerate() {
+        write(folder.path().join(name), format!("{head}{rows}")).unwrap();
+        let out = format!("out{i}");
+        printed(&servobee(
+            folder.path(),
+            &["identify", name, "--effects", "none", "--out", &out],
+        ));
+        let page = read_to_string(folder.path().join(&out).join("report.html")).unwrap();
+        assert_well_formed(&page);
+        for raw in ["<script", "<img", "<b>more"] {
+            assert!(!page.contains(raw), "{raw}");
+        }
+        let escaped = [
+            "&lt;script&gt;alert(1)&lt;/script&gt;.csv",
+            "&lt;img src=x onerror=alert(2)&gt;&amp;&quot;",
+        ];
+        assert!(page.contains(escaped[i]), "{}", escaped[i]);
+        assert!(page.contains("&lt;b&gt;more"), "the column that is ignored");
+    }
+}
+
+#[test]
+fn the_same_call_writes_the_same_page_and_a_long_record_a_small_one() {
+    let folder = TempDir::new().unwrap();
+    let make = [
+        "synthesize",
+        "--out",
+        "long.csv",
+        "--seconds",
+        "60",
+        "--no-flow",
+        "--effect",
+        "delay=0.003",
+    ];
+    printed(&servobee(folder.path(), &make));
+    let run = |out: &str, threads: &str| {
+        let call = [
+            "identify",
+            "long.csv",
+            "--effects",
+            "none",
+            "--evaluator",
+            "cpu",
+            "--out",
+            out,
+        ];
+        printed(&servobee_with(
+            folder.path(),
+            &call,
+            &[("RAYON_NUM_THREADS", threads)],
+        ));
+        let page = read_to_string(folder.path().join(out).join("report.html")).unwrap();
+        let time = between(&page, "<dt>Time</dt><dd>", "</dd>")[0].to_owned();
+        assert!(time.ends_with(" s"), "{time}");
+        page.replace(&format!("<dd>{time}</dd>"), "")
+    };
+    let first = run("first", "1");
+    assert!(
+        first.len() < 600_000,
+        "{} bytes for 60 000 rows",
+        first.len()
+    );
+    assert!(first == run("second", "2"), "two runs differ");
+}
+
+#[test]
+fn a_browser_shows_every_plot_without_a_complaint() {
+    let Some(browser) = Browser::find() else {
+        return;
+    };
+    let folder = TempDir::new().unwrap();
+    for case in &CASES {
+        let page = case.page(folder.path());
+        for (width, dark) in [(1100, false), (1100, true), (500, false)] {
+            let place = format!("{}, {width} pixels wide, dark: {dark}", case.name);
+            let shown = browser.show(&page, width, dark);
+            assert!(
+                shown.complaints.is_empty(),
+                "{place}: {:?}",
+                shown.complaints
+            );
+            assert_shown(&shown, case, &place);
+            let [paper, ink] = [&shown.paper, &shown.ink].map(|colour| browser::luminance(colour));
+            assert_eq!(
+                paper < ink,
+                dark,
+                "{place}: {} on {}",
+                shown.ink,
+                shown.paper
+            );
+            for line in &shown.lines {
+                let contrast = browser::contrast(line, &shown.paper);
+                assert!(
+                    contrast >= 3.0,
+                    "{place}: a line of {line} on {}: {contrast:.2}",
+                    shown.paper
+                );
+            }
+        }
+        let picture = browser.picture(&page, folder.path());
+        assert!(
+            picture > 50_000,
+            "{}: a picture of {picture} bytes",
+            case.name
+        );
+    }
+}
+
+fn assert_shown(shown: &Shown, case: &Case, place: &str) {
+    for id in case.expected() {
+        let boxes: Vec<_> = shown
+            .plots
+            .iter()
+            .filter(|plot| plot.figure == id)
+            .collect();
+        assert!(!boxes.is_empty(), "{place}: {id} is not shown");
+        for plot in boxes {
+            assert!(
+                plot.width > 200.0 && plot.height > 60.0,
+                "{place}: {plot:?}"
+            );
+            assert!(
+                plot.outside.is_empty(),
+                "{place}: {id}: text is cut off: {:?}",
+                plot.outside
+            );
+            assert!(
+                plot.overlaps.is_empty(),
+                "{place}: {id}: text lies on text: {:?}",
+                plot.overlaps
+            );
+        }
+    }
+    assert!(
+        shown.content <= shown.window,
+        "{place}: {} pixels in a window of {}",
+        shown.content,
+        shown.window
+    );
+}
+
+#[test]
+fn the_browser_test_sees_what_is_wrong() {
+    let Some(browser) = Browser::find() else {
+        return;
+    };
+    let page = |body: &str| {
+        format!(
+            "<!DOCTYPE html><html><head><meta charset=\"utf-8\"></head><body>{body}</body></html>"
+        )
+    };
+    let plot = |content: &str| {
+        page(&format!(
+            "<figure id=\"a\"><svg role=\"img\" viewBox=\"0 0 400 300\" width=\"400\">{content}</svg></figure>"
+        ))
+    };
+    let complaint = browser
+        .show(
+            &page("<script>console.error('planted')</script>"),
+            1100,
+            false,
+        )
+        .complaints;
+    assert!(
+        complaint.iter().any(|line| line.contains("planted")),
+        "{complaint:?}"
+    );
+    let wide = browser.show(&page("<div style=\"width:3000px\">wide</div>"), 1100, false);
+    assert!(wide.content > wide.window);
+    let cut = browser.show(
+        &plot("<text x=\"380\" y=\"100\">a label that is too long</text>"),
+        1100,
+        false,
+    );
+    assert_eq!(cut.plots[0].outside.len(), 1, "{:?}", cut.plots);
+    let on_top = browser.show(
+        &plot("<text x=\"50\" y=\"100\">one label</text><text x=\"70\" y=\"103\">another</text>"),
+        1100,
+        false,
+    );
+    assert_eq!(on_top.plots[0].overlaps.len(), 1, "{:?}", on_top.plots);
+}

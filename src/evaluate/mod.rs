@@ -6,6 +6,7 @@ mod choose;
 mod cpu;
 pub mod gpu;
 mod leaps;
+pub mod physics;
 mod population;
 pub mod problem;
 pub mod reference;

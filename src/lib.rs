@@ -54,6 +54,7 @@
 pub mod diagnose;
 mod error;
 pub mod evaluate;
+pub mod export;
 pub mod model;
 pub mod record;
 pub mod report;

@@ -4,6 +4,7 @@ mod bench;
 mod datasheet;
 mod devices;
 mod effects;
+mod export;
 mod identify;
 mod options;
 mod plot;
@@ -31,6 +32,7 @@ enum Command {
     Identify(identify::Arguments),
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
+    Export(export::Arguments),
     Synthesize(synthesize::Arguments),
     Scorecard(scorecard::Arguments),
     Effects(effects::Arguments),
@@ -50,6 +52,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),
         Command::Scorecard(arguments) => scorecard::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),

@@ -16,6 +16,7 @@ pub mod simulate;
 pub mod wgsl;
 pub mod workload;
 
+pub(crate) use arrival::JITTER;
 pub use base::{parameters_for, scale_of, structure_for};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};

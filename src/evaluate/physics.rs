@@ -53,6 +53,8 @@ pub struct Physics {
     /// `initial`, `command`, `remember`, `delay`, `observe` and `advance`; `stride_of`, `leap` and `turn` where the spool
     /// moves in leaps; `derivative`.
     pub functions: Vec<Function>,
+    /// Whether the derivative says all about the states: none remembers a command, none is set where a step ends.
+    pub smooth: bool,
 }
 
 impl Physics {
@@ -73,10 +75,10 @@ impl Physics {
             leaps: bool,
             values: &[Traced],
             trace: &mut Trace,
-        ) -> Vec<Function> {
+        ) -> (Vec<Function>, bool) {
             traced::<N, EFFECTS>(structure, leaps, values, trace)
         }
-        let functions = with_states!(
+        let (functions, smooth) = with_states!(
             structure,
             functions::<Traced>(structure, leaps, &values, &mut trace)
         );
@@ -88,6 +90,7 @@ impl Physics {
             trace,
             states,
             functions,
+            smooth,
         }
     }
 
@@ -106,7 +109,7 @@ fn traced<const N: usize, const EFFECTS: bool>(
     leaps: bool,
     values: &[Traced],
     trace: &mut Trace,
-) -> Vec<Function> {
+) -> (Vec<Function>, bool) {
     let names = structure.states();
     let plant = Plant::new(structure, values);
     trace.seal();
@@ -233,7 +236,15 @@ fn traced<const N: usize, const EFFECTS: bool>(
         Kind::State,
         padded(slope),
     ));
-    functions
+    let mut after = [Traced::constant(0.0); N];
+    for (i, name) in names.iter().enumerate() {
+        after[i] = trace.read(format!("after.{name}"));
+    }
+    let mut settled = after;
+    if EFFECTS {
+        plant.settle(&state, &mut settled, [&now, &now], heading, step);
+    }
+    (functions, remembered == state && settled == after)
 }
 
 /// The results of `stride_of`, `leap` and `turn`.

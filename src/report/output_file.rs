@@ -41,11 +41,11 @@ impl OutputFile {
     ///
     /// # Errors
     /// The contents cannot be written, or another file has taken the place meanwhile.
-    pub fn finish(self, contents: &str) -> Result<()> {
+    pub fn finish(self, contents: impl AsRef<[u8]>) -> Result<()> {
         let wrong = |error: &std::io::Error| cannot_write(&self.path, error);
         let mut draft = draft(parent(&self.path)).map_err(|error| wrong(&error))?;
         draft
-            .write_all(contents.as_bytes())
+            .write_all(contents.as_ref())
             .map_err(|error| wrong(&error))?;
         let placed = match self.force {
             true => draft.persist(&self.path),

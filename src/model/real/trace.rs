@@ -151,9 +151,11 @@ pub trait Language {
     }
 }
 
-/// The text of a function: its local numbers, and its results.
+/// The text of a function: what it reads, its local numbers, and its results.
 #[derive(Debug)]
 pub struct Body {
+    /// The expressions that it reads, `plant.*` among them.
+    pub reads: BTreeSet<String>,
     /// Name and expression of each local number, in order.
     pub locals: Vec<(String, String)>,
     /// The expressions of the results.
@@ -166,7 +168,7 @@ pub struct Body {
 pub struct Trace {
     sealed: usize,
     fields: BTreeSet<Traced>,
-    reads: BTreeSet<Traced>,
+    reads: BTreeSet<String>,
 }
 
 impl Trace {
@@ -212,13 +214,7 @@ impl Trace {
 
     /// Whether any function that was written reads `expression`.
     pub fn has_read(&self, expression: &str) -> bool {
-        let is_it =
-            |operation: &Operation| matches!(operation, Operation::Read(e) if e == expression);
-        TAPE.with_borrow(|tape| {
-            self.reads
-                .iter()
-                .any(|read| is_it(&tape.operations[read.0]))
-        })
+        self.reads.contains(expression)
     }
 
     fn write<L: Language>(&mut self, tape: &Tape, results: &[Traced], sealed: usize) -> Body {
@@ -240,9 +236,15 @@ impl Trace {
         shared.sort();
         let used = || writer.uses.keys().copied();
         self.fields.extend(used().filter(|&n| writer.is_field(n)));
-        let is_read = |n: &Traced| matches!(tape.operations[n.0], Operation::Read(_));
-        self.reads.extend(used().filter(is_read));
+        let read = |n: Traced| match &tape.operations[n.0] {
+            _ if writer.is_field(n) => Some(format!("plant.{}", writer.label(n))),
+            Operation::Read(expression) => Some(expression.clone()),
+            _ => None,
+        };
+        let reads: BTreeSet<String> = used().filter_map(read).collect();
+        self.reads.extend(reads.iter().cloned());
         Body {
+            reads,
             locals: shared
                 .into_iter()
                 .map(|number| (writer.label(number), writer.expression(number, true)))

@@ -2,7 +2,7 @@
 
 use super::{C, Language};
 
-/// Modelica, in `Real`.
+/// Modelica, in `Real`. What is read has a flat name: `state.spool` is `state_spool`.
 #[derive(Debug)]
 pub struct Modelica;
 
@@ -15,10 +15,15 @@ impl Language for Modelica {
         format!("(if {value} > 0.0 then {yes} else {no})")
     }
 
-    /// `flow` is a keyword.
+    fn read(expression: &str) -> String {
+        expression.replace('.', "_")
+    }
+
+    /// A name that Modelica does not use itself.
     fn label(name: String) -> String {
         match name.as_str() {
             "flow" => "flow_rate".into(),
+            "delay" => "dead_time".into(),
             _ => name,
         }
     }

@@ -8,7 +8,7 @@
 //!
 //! - [`record`]: measurements in time and datasheet curves, with channels, units and checks.
 //! - [`model`]: the physics, each equation written once over [`model::Real`] and read as `f64`, `f32`, vectors of
-//!   candidates, dual numbers and WGSL. The actuator is `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T`
+//!   candidates, dual numbers and as text: WGSL, C and Modelica. The actuator is `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T`
 //!   ([`model::actuator`]); an orifice passes `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of
 //!   them make a valve ([`model::valve`]). What measured valves show beyond that is in [`model::effects`], one file an
 //!   effect.
@@ -18,6 +18,7 @@
 //! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
 //!   leave on data that was never fitted.
 //! - [`report`]: what a run tells and leaves behind.
+//! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
 //! Each of them knows only those above it. Beside them stand [`rig`], which makes records with planted effects from equations
 //! of its own, and [`scorecard`], which counts on such records how often the diagnosis is right.

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{Problem, simulate};
-use servobee::export::{Model, fmu, modelica};
+use servobee::export::{Model, fmu, modelica, simscape};
 use servobee::model::{Hold, Structure};
 use servobee::report::ModelFile;
 use std::collections::BTreeMap;
@@ -64,7 +64,7 @@ struct Case {
 const SMOOTH: f64 = 1e-4;
 /// Of one that goes in steps. Found: rounding where servobee takes the same steps, 6e-6 where its spool leaps.
 const SAMPLED: f64 = 1e-4;
-/// Of one whose command is late: rumoca's delay() smears jumps, so that the command is a sine, straight between rows.
+/// Of one whose command is late: a sine, which servobee has straight between rows.
 const LATE: f64 = 1e-3;
 
 type Trajectory = Vec<Vec<f64>>;
@@ -366,28 +366,50 @@ fn the_program_exports_what_it_simulates() {
     assert!(refused(&ran).contains("--force"));
 }
 
-/// `model` in Modelica and one that drives it with a command that jumps every 20 ms; `interval` is that of its steps, s.
+/// `model` in Modelica and one that drives it with a command that jumps every 20 ms, or is a sine where that is late; `interval`
+/// is that of its steps, s.
 fn bench_text(model: &Model, levels: &[f64], interval: f64) -> String {
     let last = levels.last().expect("a level");
     let steps = levels.iter().enumerate().take(levels.len() - 1);
     let steps: String = steps
         .map(|(i, level)| format!("if time < {:?} then {level:?} else ", 0.02 * (i + 1) as f64))
         .collect();
+    let command = match model.structure.delays() {
+        true => "6.0 * sin(50.0 * time)".to_owned(),
+        false => format!("{steps}{last:?}"),
+    };
+    // rumoca's delay() is off by 0.15 for a sine of 50 rad/s: the late sine is written out in its place.
+    let late = "(if time < dead_time then 0.0 else 6.0 * sin(50.0 * (time - dead_time)))";
     let text = modelica::modelica(model);
+    assert_eq!(
+        text.contains("delay(command, dead_time)"),
+        model.structure.delays()
+    );
+    let text = text.replace("delay(command, dead_time)", late);
     // As long as the steps of the record.
     let interval = match text.contains("sample(") {
         true => format!("(interval = {interval:?})"),
         false => String::new(),
     };
-    let temperature = match text.contains("input Real temperature") {
-        true => "  unit.temperature = 0.0;\n",
-        false => "",
-    };
+    let others: String = DRIVEN
+        .iter()
+        .filter(|(name, _)| text.contains(&format!("input Real {name}(")))
+        .map(|(name, value)| format!("  unit.{name} = {value:?};\n"))
+        .collect();
     format!(
-        "{text}model Bench\n  {} unit{interval};\nequation\n{temperature}  unit.command = {command};\nend Bench;\n",
-        model.name
+        "{text}model Bench\n  {} unit{interval};\nequation\n{others}  unit.command = {command};\nend Bench;\n",
+        modelica::class_name(model)
     )
 }
+
+/// What drives a model beside the command, in the order of a sample's inputs.
+const DRIVEN: [(&str, f64); 5] = [
+    ("supply_pressure", 100.0),
+    ("return_pressure", 4.0),
+    ("pressure_a", 60.0),
+    ("pressure_b", 45.0),
+    ("temperature", 30.0),
+];
 
 /// What modelica.py reads.
 #[derive(Serialize)]
@@ -429,7 +451,7 @@ fn every_effect_simulates_as_a_modelica_model() {
         let mut model = model("valve", problem);
         model.structure = structure.clone();
         let sample = |k: usize| Sample {
-            input: [command(k), 0.0, 0.0, 0.0, 0.0, 0.0, time[k]],
+            input: [command(k), 100.0, 4.0, 60.0, 45.0, 30.0, time[k]],
             ..Sample::default()
         };
         let mut series = Series {
@@ -473,16 +495,30 @@ fn every_effect_simulates_as_a_modelica_model() {
         &common::case("actuator, held").problem,
     );
     let scale = common::effects::scale(&base);
+    let record = || vec![common::Record::new(20, 1e-3, 12.0)];
     for effect in common::effects::all_on(&base) {
-        let problem = common::effects::planted(
-            &base,
-            &[effect],
-            &scale,
-            1,
-            vec![common::Record::new(20, 1e-3, 12.0)],
-        );
+        let problem = common::effects::planted(&base, &[effect], &scale, 1, record());
         add(effect.to_string(), &problem);
     }
+    let piston = common::effects::piston();
+    for effects in [&[][..], &["compressibility.flow", "hysteresis"]] {
+        let effects: Vec<_> = effects
+            .iter()
+            .map(|text| text.parse().expect("an effect"))
+            .collect();
+        let problem = common::effects::planted(&piston, &effects, &scale, 1, record());
+        add(format!("piston, {effects:?}"), &problem);
+    }
+    let several = ["hysteresis", "friction", "supply_droop", "sensor_lag.flow"];
+    let several = several.map(|text| text.parse().expect("an effect"));
+    let problem = common::effects::planted(&base, &several, &scale, 1, record());
+    add("several".into(), &problem);
+    // A planted fault.
+    let mut faulty = common::case("actuator, held").problem;
+    faulty.parameters[0].start *= 1.01;
+    add("faulty".into(), &faulty);
+    let right = sheets[0].expected.clone();
+    sheets.last_mut().expect("the faulty one").expected = right;
     let folder = tempfile::tempdir().unwrap();
     let Some(all): Option<Vec<Simulated>> = simulated(&sheets, folder.path(), "modelica.py") else {
         return;
@@ -496,11 +532,51 @@ fn every_effect_simulates_as_a_modelica_model() {
         }
         let deviation = deviation(&sheet.name, &sheet.expected, &found.outputs);
         println!("{}: {deviation:.1e}", sheet.name);
-        if deviation > sheet.tolerance {
+        if (deviation > sheet.tolerance) != (sheet.name == "faulty") {
             wrong.push(format!("{}: {deviation:.1e}", sheet.name));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The script names every effect that Simscape lacks, with its equation and values, and sets all that it has.
+#[test]
+fn the_simscape_script_leaves_nothing_out() {
+    let base = common::effects::bench();
+    let scale = common::effects::scale(&base);
+    let effects = common::effects::all_on(&base);
+    let problem = common::effects::planted(
+        &base,
+        &effects,
+        &scale,
+        1,
+        vec![common::Record::new(20, 1e-3, 12.0)],
+    );
+    let text = simscape::script(&model("valve", &problem));
+    for effect in &problem.structure.effects {
+        let entry = effect.entry;
+        let start = format!("% - {effect}: {}\n%   {}\n", entry.summary, entry.equation);
+        let after = text.split(&start).nth(1).expect("the effect");
+        for own in effect.parameters(&scale) {
+            let known = problem.parameters.iter().find(|p| p.name == own.name);
+            let line = format!(
+                "%   {} = {:?} {}\n",
+                own.name,
+                known.unwrap().start,
+                own.unit
+            );
+            let item = after.split("\n% - ").next().unwrap().to_owned() + "\n";
+            assert!(item.contains(&line), "{line} is not in {item}");
+        }
+    }
+    for value in [
+        "'gain', '200.0'",
+        "'time_const', '0.003'",
+        "'saturation', '5.0'",
+        "'area_max', '0.416'",
+    ] {
+        assert!(text.contains(value), "{value}");
+    }
 }
 
 #[test]

@@ -1,13 +1,21 @@
 //! Modelica: the equations of the structure, or where it has memory, the steps that the simulation takes.
 
+mod text;
+
 use super::{Input, Model, inputs};
 use crate::evaluate::physics::{INPUTS, Physics};
 use crate::model::integrate::STEP_FRACTION;
 use crate::model::real::Traced;
-use crate::model::real::trace::{Body, Language, Modelica, Trace};
+use crate::model::real::trace::{Language, Modelica, Trace};
 use crate::model::{Output, Parameter};
-use std::collections::HashMap;
 use std::fmt::Write;
+use text::{Context, function_text, parameter_text, unit_text};
+
+/// The name of the class: with a capital, so that it is no keyword.
+pub fn class_name(model: &Model) -> String {
+    let (first, rest) = model.name.split_at(1);
+    first.to_uppercase() + rest
+}
 
 /// A self-contained model, `when` and `der` as the structure needs them.
 pub fn modelica(model: &Model) -> String {
@@ -27,7 +35,7 @@ pub fn modelica(model: &Model) -> String {
     };
     let inputs = inputs(&model.structure, &physics);
     let (names, prepare) = physics.trace.plant::<Modelica>();
-    let mut text = format!("model {} \"{}\"\n", model.name, model.summary());
+    let mut text = format!("model {} \"{}\"\n", class_name(model), model.summary());
     text += match smooth {
         true => {
             "  // Traced from the equations of servobee. Inputs act as they are: servobee's simulation holds or\n  \
@@ -60,122 +68,7 @@ pub fn modelica(model: &Model) -> String {
         }
     }
     text += &sections;
-    let _ = writeln!(text, "end {};", model.name);
-    text
-}
-
-/// A unit with one division sign outside of parentheses: L/min/s is L/(min.s).
-fn unit_text(unit: &str) -> String {
-    let parts: Vec<&str> = unit.split('/').collect();
-    match &parts[..] {
-        [above, below @ ..] if below.len() > 1 && !unit.contains('(') => {
-            format!("{above}/({})", below.join("."))
-        }
-        _ => unit.to_owned(),
-    }
-}
-
-fn parameter_text(parameter: &Parameter) -> String {
-    let Parameter {
-        unit, low, high, ..
-    } = parameter;
-    let bounds = match *low > f64::MIN {
-        true => format!(", min = {low:?}, max = {high:?}"),
-        false => String::new(),
-    };
-    let (name, unit) = (Modelica::label(parameter.name.clone()), unit_text(unit));
-    let how = if parameter.fixed {
-        "not fitted"
-    } else {
-        "fitted"
-    };
-    format!(
-        "  parameter Real {name}(unit = \"{unit}\"{bounds}) = {:?} \"{how}\";\n",
-        parameter.start
-    )
-}
-
-/// What the names of a body stand for where it is called or written.
-struct Context(HashMap<String, String>);
-
-impl Context {
-    /// The parameters by their own names, and what `pairs` say of all else.
-    fn new(pairs: impl IntoIterator<Item = (String, String)>) -> Self {
-        Self(
-            pairs
-                .into_iter()
-                .map(|(read, text)| (Modelica::read(&read), text))
-                .collect(),
-        )
-    }
-
-    /// What the flat name of something read stands for.
-    fn of(&self, name: &str) -> Option<String> {
-        let field = || name.strip_prefix("plant_").map(String::from);
-        self.0.get(name).cloned().or_else(field)
-    }
-
-    /// `text` with what its names stand for.
-    fn put(&self, text: &str) -> String {
-        let mut result = String::new();
-        let mut word = String::new();
-        for character in text.chars().chain(['\n']) {
-            if character.is_ascii_alphanumeric() || character == '_' || character == '.' {
-                word.push(character);
-                continue;
-            }
-            result += &self.of(&word).unwrap_or_else(|| word.clone());
-            word.clear();
-            result.push(character);
-        }
-        result.pop();
-        result
-    }
-
-    /// A call of the function `name` with this body.
-    fn call(&self, name: &str, body: &Body) -> String {
-        let arguments: Vec<String> = body
-            .reads
-            .iter()
-            .map(|read| Modelica::read(read))
-            .map(|read| self.of(&read).unwrap_or(read))
-            .collect();
-        format!("{name}({})", arguments.join(", "))
-    }
-}
-
-/// A function with this body, what it is in one line, and whether it returns one number instead of an array.
-fn function_text(name: &str, what: &str, body: &Body, scalar: bool) -> String {
-    let mut text = format!("  function {name} \"{what}\"\n");
-    for read in &body.reads {
-        let _ = writeln!(text, "    input Real {};", Modelica::read(read));
-    }
-    let count = body.results.len();
-    let size = if scalar {
-        String::new()
-    } else {
-        format!("[{count}]")
-    };
-    let _ = writeln!(text, "    output Real result{size};");
-    if !body.locals.is_empty() {
-        text += "  protected\n";
-    }
-    for (name, _) in &body.locals {
-        let _ = writeln!(text, "    Real {name};");
-    }
-    text += "  algorithm\n";
-    for (name, expression) in &body.locals {
-        let _ = writeln!(text, "    {name} := {expression};");
-    }
-    for (i, expression) in body.results.iter().enumerate() {
-        let place = if scalar {
-            String::new()
-        } else {
-            format!("[{}]", i + 1)
-        };
-        let _ = writeln!(text, "    result{place} := {expression};");
-    }
-    let _ = writeln!(text, "  end {name};\n");
+    let _ = writeln!(text, "end {};", class_name(model));
     text
 }
 

@@ -10,11 +10,11 @@ use std::fmt::Write;
 pub fn script(model: &Model) -> String {
     let structure = &model.structure;
     let mut text = format!(
-        "%% {}\n% Sets the parameters of two blocks of Simscape Fluids' isothermal liquid and hydraulics libraries:\n\
+        "%% {}\n% Sets the parameters of two blocks of Simscape Fluids (hydraulics):\n\
          %   actuator  Proportional and Servo-Valve Actuator\n%   valve     4-Way Directional Valve\n\
-         % Parameter names are those of the hydraulic (pre-isothermal) library up to R2023; this script has been run with\n\
-         % no MATLAB. Check the names with  fieldnames(get_param(actuator, 'DialogParameters'))  in your release; a\n\
-         % name that a block does not know is reported and skipped.\n\
+         % TO BE CHECKED: the comment at each line is the label in the block's dialog. The parameter names beside it have\n\
+         % not been tried in any release of MATLAB; compare them with fieldnames(get_param(valve, 'DialogParameters')).\n\
+         % A name that a block does not know is reported and skipped.\n\
          % What the blocks cannot represent is listed at the end, with its equations and values.\n\n",
         model.summary()
     );
@@ -31,7 +31,7 @@ pub fn script(model: &Model) -> String {
         None => text += "% No flow is observed: the model has no valve.\n\n",
     }
     text += &missing(model);
-    text += "\nfunction set(block, name, value)\n    try\n        set_param(block, name, value);\n    catch problem\n        \
+    text += "\nfunction assign(block, name, value)\n    try\n        set_param(block, name, value);\n    catch problem\n        \
              warning('servobee:parameter', '%s: %s is not set: %s', block, name, problem.message);\n    end\nend\n";
     text
 }
@@ -42,8 +42,8 @@ fn value(model: &Model, name: &str) -> f64 {
     found.map_or(0.0, |parameter| parameter.start)
 }
 
-fn set(text: &mut String, block: &str, name: &str, value: &str, comment: &str) {
-    let _ = writeln!(text, "set({block}, '{name}', '{value}');   % {comment}");
+fn assign(text: &mut String, block: &str, name: &str, value: &str, comment: &str) {
+    let _ = writeln!(text, "assign({block}, '{name}', '{value}');   % {comment}");
 }
 
 fn actuator(model: &Model) -> String {
@@ -59,7 +59,7 @@ fn actuator(model: &Model) -> String {
         ("saturation", "saturation", format!("Saturation, {unit}")),
     ] {
         let number = format!("{:?}", value(model, parameter));
-        set(&mut text, "actuator", name, &number, &comment);
+        assign(&mut text, "actuator", name, &number, &comment);
     }
     text.push('\n');
     text
@@ -73,7 +73,7 @@ fn valve(model: &Model, form: &ValveForm) -> String {
         model.structure.full_scale
     );
     let mut put =
-        |name: &str, value: &str, comment: &str| set(&mut text, "valve", name, value, comment);
+        |name: &str, value: &str, comment: &str| assign(&mut text, "valve", name, value, comment);
     match &form.area {
         AreaLaw::Linear => {
             put("mdl_type", "1", "By maximum area and opening");

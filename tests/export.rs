@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{Problem, simulate};
-use servobee::export::{Model, fmu, modelica, simscape};
+use servobee::export::{Model, c, fmu, modelica, simscape};
 use servobee::model::{Hold, Structure};
 use servobee::report::ModelFile;
 use std::collections::BTreeMap;
@@ -577,6 +577,67 @@ fn the_simscape_script_leaves_nothing_out() {
     ] {
         assert!(text.contains(value), "{value}");
     }
+}
+
+/// The C program is used as its first comment says.
+#[test]
+fn the_c_program_simulates_by_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, problem) = common::effects::cases()
+        .into_iter()
+        .find(|(name, _)| name.starts_with("delay + hysteresis"))
+        .expect("a case");
+    let case = Case::new("c", &problem, folder.path());
+    let list = |values: Vec<String>| values.join(", ");
+    let time = list(case.time.iter().map(|t| format!("{t:?}")).collect());
+    let command = list(
+        case.rows
+            .iter()
+            .map(|row| format!("{:?}", row[0]))
+            .collect(),
+    );
+    let main = format!(
+        "{}\n#include <stdio.h>\nint main(void)\n{{\n    static const double time[] = {{ {time} }}, command[] = {{ {command} }};\n    \
+         int k, rows = sizeof time / sizeof *time;\n    double values[INPUT_COUNT + PARAMETER_COUNT];\n    \
+         Model model = {{ 0 }};\n    memcpy(values, START, sizeof values);\n    values[0] = command[0];\n    \
+         model.plant = prepare(values + INPUT_COUNT);\n    \
+         model.state = initial(model.plant, input_of(values, 0.0), initial_position(values + INPUT_COUNT));\n    \
+         for (k = 0; k < rows; k++) {{\n        Input from;\n        Outputs now;\n        values[0] = command[k];\n        \
+         from = input_of(values, time[k]);\n        now = look(&model, from, time[k]);\n        \
+         printf(\"%.17g %.17g\\n\", now.spool, now.flow);\n        if (k + 1 < rows)\n            \
+         travel(&model, from, from, time[k], time[k + 1] - time[k]);\n    }}\n    return 0;\n}}\n",
+        c::program(&model("c", &problem))
+    );
+    std::fs::write(folder.path().join("main.c"), main).unwrap();
+    let options = [
+        "-std=c99",
+        "-O1",
+        "-ffp-contract=off",
+        "main.c",
+        "-o",
+        "main",
+        "-lm",
+    ];
+    let built = Command::new("cc")
+        .args(options)
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(
+        built.status.success(),
+        "{}",
+        String::from_utf8_lossy(&built.stderr)
+    );
+    let ran = Command::new(folder.path().join("main")).output().unwrap();
+    let numbers = |line: &str| line.split(' ').map(|n| n.parse().unwrap()).collect();
+    let found: Trajectory = String::from_utf8(ran.stdout)
+        .unwrap()
+        .lines()
+        .map(numbers)
+        .collect();
+    let deviation = case.deviation(&found);
+    println!("C: {deviation:.1e}");
+    assert!(deviation < TOLERANCE);
 }
 
 #[test]

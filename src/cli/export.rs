@@ -49,10 +49,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             if let Some(why) = fmu.without_binary {
                 eprintln!("warning: the FMU has its C sources but no binary: {why}");
             }
-            output.finish(fmu.bytes)
+            output.finish_bytes(&fmu.bytes)
         }
-        "mo" => output.finish(modelica::modelica(&model)),
-        "m" => output.finish(simscape::script(&model)),
-        _ => output.finish(c::program(&model)),
+        "mo" => output.finish(&modelica::modelica(&model)),
+        "m" => output.finish(&simscape::script(&model)),
+        _ => output.finish(&c::program(&model)),
     }
 }

@@ -148,9 +148,9 @@ fn valve(model: &Model, form: &ValveForm) -> String {
             );
         }
     }
-    let _ = write!(
+    let _ = writeln!(
         text,
-        "% The fluid is a block of its own (Custom Hydraulic Fluid): density {:?} kg/m^3, kinematic viscosity {:?} cSt.\n",
+        "% The fluid is a block of its own (Custom Hydraulic Fluid): density {:?} kg/m^3, kinematic viscosity {:?} cSt.",
         of("density"),
         of("viscosity")
     );

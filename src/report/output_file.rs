@@ -52,9 +52,7 @@ impl OutputFile {
     pub fn finish_bytes(self, contents: &[u8]) -> Result<()> {
         let wrong = |error: &std::io::Error| cannot_write(&self.path, error);
         let mut draft = draft(parent(&self.path)).map_err(|error| wrong(&error))?;
-        draft
-            .write_all(contents)
-            .map_err(|error| wrong(&error))?;
+        draft.write_all(contents).map_err(|error| wrong(&error))?;
         let placed = match self.force {
             true => draft.persist(&self.path),
             false => draft.persist_noclobber(&self.path),

@@ -17,6 +17,7 @@
 //!   how well the data determine each parameter, and which it cannot tell apart.
 //! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
 //!   leave on data that was never fitted.
+//! - [`card`]: the figures of a datasheet that follow from a fitted model.
 //! - [`report`]: what a run tells and leaves behind.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
@@ -52,6 +53,7 @@
 //! # servobee::Result::Ok(())
 //! ```
 
+pub mod card;
 pub mod diagnose;
 mod error;
 pub mod evaluate;

@@ -48,6 +48,12 @@ impl Directions {
         self.spectrum.vectors[(column, k)] / self.spectrum.values[k]
     }
 
+    /// Component `column` of direction `k` in search coordinates: along it the residual changes by the direction's
+    /// singular value.
+    pub(super) fn component(&self, column: usize, k: usize) -> f64 {
+        self.spectrum.vectors[(column, k)] / self.norms[column]
+    }
+
     /// Projector onto the undetermined directions.
     pub(super) fn undetermined_projector(&self) -> DMatrix<f64> {
         let basis = self.spectrum.vectors.select_columns(&self.undetermined);

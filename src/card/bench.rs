@@ -1,0 +1,139 @@
+//! The test bench that a fitted valve is put on: its structure without the sensors of the record, and the commands of
+//! ISO 10770-1's tests.
+
+use crate::evaluate::problem::{Sample, Series};
+use crate::evaluate::simulate::outputs;
+use crate::model::effects::Port;
+use crate::model::valve::{Drop, Meter};
+use crate::model::{Drive, Hold, Initial, Output, Parameter, Plant, Structure};
+
+/// Pressure from P to T where the record's was measured, bar: at which servo valves are rated.
+const DROP: f64 = 70.0;
+/// Temperature of the oil, °C: that of ISO 10770-1's tests.
+const TEMPERATURE: f64 = 40.0;
+
+/// A valve with values for its parameters, on the bench.
+#[derive(Debug, Clone)]
+pub(super) struct Bench {
+    pub(super) structure: Structure,
+    values: Vec<(String, f64)>,
+}
+
+impl Bench {
+    /// The valve of `structure`, whose `parameters` have these `values`. What only a sensor adds is left out.
+    pub(super) fn new(structure: &Structure, parameters: &[Parameter], values: &[f64]) -> Self {
+        let mut bench = Structure {
+            hold: Hold::Held,
+            initial: Initial::Equilibrium,
+            observed: vec![Output::Spool],
+            ..structure.clone()
+        };
+        if bench.valve.is_some() {
+            bench.observed.push(Output::Flow);
+        }
+        let observed = bench.observed.clone();
+        bench.effects.retain(|effect| {
+            let there = effect
+                .output
+                .is_none_or(|output| observed.contains(&output));
+            effect.entry.port != Port::Measurement && there
+        });
+        bench.free_form = bench
+            .free_form
+            .filter(|form| form.port != Port::Measurement);
+        let names = parameters.iter().map(|parameter| parameter.name.clone());
+        Self {
+            structure: bench,
+            values: names.zip(values.iter().copied()).collect(),
+        }
+    }
+
+    /// The same valve with its flow measured in the pressure line.
+    pub(super) fn with_flow_of_supply(&self) -> Self {
+        let mut bench = self.clone();
+        if let Some(valve) = &mut bench.structure.valve {
+            valve.meter = Meter::Supply;
+        }
+        bench
+    }
+
+    /// The value of a parameter, if there is one of this name.
+    pub(super) fn value(&self, name: &str) -> Option<f64> {
+        let found = self.values.iter().find(|(own, _)| own == name);
+        found.map(|(_, value)| *value)
+    }
+
+    /// Gain, time constant and saturation, where an actuator moves the spool.
+    pub(super) fn actuator(&self) -> Option<[f64; 3]> {
+        let moves = self.structure.drive == Drive::Actuator;
+        moves.then(|| {
+            ["gain", "time_constant", "saturation"]
+                .map(|name| self.value(name).expect("an actuator has all three"))
+        })
+    }
+
+    /// The slowest time constant of the unsaturated loop, s: that of the slower root of s² + s/T + K/T.
+    pub(super) fn slowest(&self) -> f64 {
+        let Some([gain, time_constant, _]) = self.actuator() else {
+            return 0.0;
+        };
+        let rest = 1.0 - 4.0 * gain * time_constant;
+        2.0 * time_constant / (1.0 - rest.max(0.0).sqrt())
+    }
+
+    /// How long a command takes to arrive, s.
+    pub(super) fn delay(&self) -> f64 {
+        let values: Vec<f64> = self.parameters().iter().map(|p| p.start).collect();
+        Plant::new(&self.structure, &values).delay().unwrap_or(0.0)
+    }
+
+    /// The parameters of the structure on the bench: nothing is left between their bounds but their values.
+    fn parameters(&self) -> Vec<Parameter> {
+        let mut parameters = self.structure.parameters();
+        for parameter in &mut parameters {
+            let value = self.value(&parameter.name).unwrap_or(parameter.start);
+            (parameter.low, parameter.high, parameter.start) = (value, value, value);
+        }
+        parameters
+    }
+
+    /// The pressure from P to T, bar, where there is a valve.
+    pub(super) fn drop(&self) -> Option<f64> {
+        let valve = self.structure.valve.as_ref()?;
+        match valve.drop {
+            Drop::Rated => self.value("rated_drop"),
+            Drop::Supply | Drop::Ports => Some(DROP),
+        }
+    }
+
+    /// Spool and flow when the command is each of `commands` for `interval` seconds: what they are when it is given.
+    pub(super) fn run(&self, commands: &[f64], interval: f64) -> Vec<[f64; 2]> {
+        let input = |command, time| {
+            [
+                command,
+                DROP,
+                0.0,
+                DROP / 2.0,
+                DROP / 2.0,
+                TEMPERATURE,
+                time,
+            ]
+        };
+        let time: Vec<f64> = (0..commands.len()).map(|k| interval * k as f64).collect();
+        let sample = |(&command, &time): (&f64, &f64)| Sample {
+            input: input(command, time),
+            weight: 1.0,
+            ..Sample::default()
+        };
+        let mut record = Series {
+            name: "bench".into(),
+            samples: commands.iter().zip(&time).map(sample).collect(),
+            time,
+        };
+        let parameters = self.parameters();
+        record.set_steps(self.structure.fastest_rate(&parameters), 1);
+        let values: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+        let rows = outputs(&self.structure, &values, &record);
+        rows.iter().map(|row| [row[0], row[1]]).collect()
+    }
+}

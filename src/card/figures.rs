@@ -1,0 +1,281 @@
+//! The figures of the card: what each is, what it needs, and how it is read off the tests.
+
+use super::AMPLITUDES;
+use super::bench::Bench;
+use super::cycle::{Cycle, CycleFigures};
+use super::response::Response;
+use super::step::Step;
+use crate::evaluate::Problem;
+
+/// Everything that is done with a valve on the bench.
+pub(super) struct Tests {
+    pub(super) cycle: Cycle,
+    pub(super) responses: Vec<Response>,
+    pub(super) step: Option<Step>,
+    full_scale: f64,
+    figures: Option<CycleFigures>,
+    leakage: Option<f64>,
+}
+
+impl Tests {
+    pub(super) fn of(bench: &Bench) -> Self {
+        let full_scale = bench.structure.full_scale;
+        let cycle = Cycle::of(bench);
+        let figures = cycle.figures(full_scale);
+        let valve = bench.structure.valve.as_ref();
+        let leakage = valve
+            .and(figures.as_ref())
+            .map(|figures| leakage(bench, figures.null));
+        let responses = AMPLITUDES
+            .iter()
+            .filter_map(|&share| Response::of(bench, share));
+        Self {
+            responses: responses.collect(),
+            step: Step::of(bench),
+            cycle,
+            full_scale,
+            figures,
+            leakage,
+        }
+    }
+
+    /// The value of every figure of [`FIGURES`].
+    pub(super) fn values(&self) -> Vec<Option<f64>> {
+        let value = |figure: &Definition| (figure.value)(self).filter(|value| value.is_finite());
+        FIGURES.iter().map(value).collect()
+    }
+
+    fn cycle(&self, figure: fn(&CycleFigures) -> f64) -> Option<f64> {
+        self.figures.as_ref().map(figure)
+    }
+}
+
+/// Share of full scale to both sides of the null in which the least flow is sought, and in how many thirds of thirds.
+const NULL: (f64, usize) = (0.03, 24);
+
+/// The least flow out of the supply, L/min, near the command `null`.
+fn leakage(bench: &Bench, null: f64) -> f64 {
+    let bench = bench.with_flow_of_supply();
+    let flow = |command: f64| bench.run(&[command; 2], 1.0)[1][1];
+    let reach = NULL.0 * bench.structure.full_scale;
+    let (mut low, mut high) = (null - reach, null + reach);
+    for _ in 0..NULL.1 {
+        let third = (high - low) / 3.0;
+        match flow(low + third) < flow(high - third) {
+            true => high -= third,
+            false => low += third,
+        }
+    }
+    flow(0.5 * (low + high))
+}
+
+/// What a figure cannot do without.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Needs {
+    /// A valve whose flow, or the position that integrates it, was measured.
+    Valve,
+    /// The same, and something that was fitted to what leaks.
+    Leak,
+    /// A spool that is moved by an actuator.
+    Actuator,
+    /// A command and its answer.
+    Answer,
+}
+
+/// A figure before it has a value.
+pub(super) struct Definition {
+    pub(super) name: &'static str,
+    pub(super) label: &'static str,
+    /// `command` stands for the command's unit.
+    pub(super) unit: &'static str,
+    pub(super) needs: Needs,
+    note: &'static str,
+    value: fn(&Tests) -> Option<f64>,
+}
+
+const fn figure(
+    name: &'static str,
+    label: &'static str,
+    unit: &'static str,
+    needs: Needs,
+    note: &'static str,
+    value: fn(&Tests) -> Option<f64>,
+) -> Definition {
+    Definition {
+        name,
+        label,
+        unit,
+        needs,
+        note,
+        value,
+    }
+}
+
+/// All figures, in the order in which a datasheet has them.
+pub(super) const FIGURES: &[Definition] = &[
+    figure(
+        "rated_flow",
+        "rated flow",
+        "L/min",
+        Needs::Valve,
+        "at full command, mean of both sides",
+        |tests| tests.cycle(|cycle| cycle.rated),
+    ),
+    figure(
+        "flow_gain",
+        "flow gain",
+        "L/min/command",
+        Needs::Valve,
+        "slope from 20 to 80 % of full command",
+        |tests| tests.cycle(|cycle| cycle.gain),
+    ),
+    figure(
+        "asymmetry",
+        "asymmetry",
+        "%",
+        Needs::Valve,
+        "flow gain of the positive side less that of the negative one",
+        |tests| tests.cycle(|cycle| cycle.asymmetry),
+    ),
+    figure(
+        "overlap",
+        "overlap",
+        "%",
+        Needs::Valve,
+        "where the straight parts of the flow curve meet zero; below zero: underlap",
+        |tests| tests.cycle(|cycle| cycle.overlap),
+    ),
+    figure(
+        "hysteresis",
+        "hysteresis",
+        "%",
+        Needs::Answer,
+        "slow cycle over full command",
+        |tests| tests.cycle(|cycle| cycle.hysteresis),
+    ),
+    figure(
+        "null_bias",
+        "null bias",
+        "%",
+        Needs::Answer,
+        "command of no output",
+        |tests| Some(100.0 * tests.figures.as_ref()?.null / tests.full_scale),
+    ),
+    figure(
+        "leakage",
+        "internal leakage",
+        "L/min",
+        Needs::Leak,
+        "from P to T at null, A and B closed",
+        |tests| tests.leakage,
+    ),
+    figure(
+        "amplitude_limit_5",
+        "-3 dB at 5 %",
+        "Hz",
+        Needs::Actuator,
+        "",
+        |tests| tests.responses.first()?.amplitude_limit,
+    ),
+    figure(
+        "phase_limit_5",
+        "-90° at 5 %",
+        "Hz",
+        Needs::Actuator,
+        "",
+        |tests| tests.responses.first()?.phase_limit,
+    ),
+    figure(
+        "amplitude_limit_25",
+        "-3 dB at 25 %",
+        "Hz",
+        Needs::Actuator,
+        "",
+        |tests| tests.responses.get(1)?.amplitude_limit,
+    ),
+    figure(
+        "phase_limit_25",
+        "-90° at 25 %",
+        "Hz",
+        Needs::Actuator,
+        "",
+        |tests| tests.responses.get(1)?.phase_limit,
+    ),
+    figure(
+        "amplitude_limit_90",
+        "-3 dB at 90 %",
+        "Hz",
+        Needs::Actuator,
+        "",
+        |tests| tests.responses.get(2)?.amplitude_limit,
+    ),
+    figure(
+        "phase_limit_90",
+        "-90° at 90 %",
+        "Hz",
+        Needs::Actuator,
+        "",
+        |tests| tests.responses.get(2)?.phase_limit,
+    ),
+    figure(
+        "step_time",
+        "step 0-100 %",
+        "ms",
+        Needs::Actuator,
+        "until 90 % of the way",
+        |tests| Some(1e3 * tests.step.as_ref()?.time?),
+    ),
+    figure(
+        "overshoot",
+        "overshoot",
+        "%",
+        Needs::Actuator,
+        "of that step",
+        |tests| Some(tests.step.as_ref()?.overshoot),
+    ),
+];
+
+/// What the record gave, and what the bench has.
+pub(super) struct Conditions {
+    drop: Option<f64>,
+    moves: bool,
+    leaks: bool,
+}
+
+impl Conditions {
+    pub(super) fn of(problem: &Problem, bench: &Bench) -> Self {
+        let fitted = |name: &str| {
+            problem
+                .parameters
+                .iter()
+                .any(|p| p.name == name && !p.fixed)
+        };
+        Self {
+            drop: bench.drop(),
+            moves: bench.actuator().is_some(),
+            leaks: ["leakage_area", "leakage", "opening_offset"]
+                .into_iter()
+                .any(fitted),
+        }
+    }
+
+    /// Why there can be no value of `figure`, if so.
+    pub(super) fn lack(&self, figure: &Definition) -> Option<&'static str> {
+        match figure.needs {
+            Needs::Valve | Needs::Leak if self.drop.is_none() => Some("no flow was measured"),
+            Needs::Leak if !self.leaks => Some("nothing that leaks was fitted"),
+            Needs::Actuator if !self.moves => Some("the model moves the spool directly"),
+            _ => None,
+        }
+    }
+
+    /// The conditions of `figure`.
+    pub(super) fn note(&self, figure: &Definition) -> String {
+        match (figure.needs, self.drop) {
+            (Needs::Valve | Needs::Leak, Some(drop)) => {
+                format!("{}; {drop:.4} bar from P to T", figure.note)
+            }
+            _ => figure.note.into(),
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Candidates at the edge of what the data allow: for the intervals of figures that follow from all parameters together.
+
+use super::coordinates::{to_search, to_value};
+use super::directions::Directions;
+use super::{Polished, Uncertainty, UncertaintyOptions};
+use crate::model::Parameter;
+
+/// Pairs of candidates, one pair for each direction of parameter space.
+///
+/// Where the data determine the direction they are the two ends of an axis of the 95 % ellipsoid of one parameter,
+/// `u ± t s v/σ` in search coordinates: the half-width of a smooth function's interval is then the root of the sum of the
+/// squares of its changes (linear propagation, Bates and Watts 1988, section 2.3). Where they do not, the candidates lie
+/// where the direction leaves the bounds. A parameter that sits on a bound or has no effect goes to the ends of its own
+/// interval; a fixed one stays.
+pub fn spread(
+    parameters: &[Parameter],
+    polished: &Polished,
+    uncertainty: &Uncertainty,
+) -> Vec<[Vec<f64>; 2]> {
+    let interior: Vec<usize> = (0..parameters.len())
+        .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none())
+        .collect();
+    let options = UncertaintyOptions::default();
+    let directions = Directions::new(&polished.triangle, &interior, options.singular_ratio);
+    let radius = uncertainty.cost_margin.sqrt();
+    let along = (0..directions.parameters.len()).map(|k| {
+        let step: Vec<(usize, f64)> = directions
+            .parameters
+            .iter()
+            .enumerate()
+            .map(|(column, &j)| (j, directions.component(column, k)))
+            .collect();
+        let length = match directions.determined.contains(&k) {
+            true => radius / directions.spectrum.values[k],
+            false => f64::INFINITY,
+        };
+        [1.0, -1.0].map(|sign| moved(parameters, &polished.values, &step, sign, length))
+    });
+    let alone = (0..parameters.len())
+        .filter(|j| !parameters[*j].fixed && !directions.parameters.contains(j))
+        .map(|j| {
+            let interval = &uncertainty.intervals[j];
+            [interval.high, interval.low].map(|end| {
+                let mut values = polished.values.clone();
+                values[j] = end;
+                values
+            })
+        });
+    along.chain(alone).collect()
+}
+
+/// `values` moved by `step`, which names parameters and their changes in search coordinates, times `length`, or as far as
+/// the bounds let it.
+fn moved(
+    parameters: &[Parameter],
+    values: &[f64],
+    step: &[(usize, f64)],
+    sign: f64,
+    length: f64,
+) -> Vec<f64> {
+    let room = |&(j, share): &(usize, f64)| {
+        let parameter = &parameters[j];
+        let end = match sign * share > 0.0 {
+            true => parameter.high,
+            false => parameter.low,
+        };
+        let way = to_search(parameter, end) - to_search(parameter, values[j]);
+        if share == 0.0 {
+            f64::INFINITY
+        } else {
+            (way / share).abs()
+        }
+    };
+    let length = sign * step.iter().map(room).fold(length, f64::min);
+    let mut moved = values.to_vec();
+    for &(j, share) in step {
+        let coordinate = to_search(&parameters[j], values[j]) + length * share;
+        moved[j] = to_value(&parameters[j], coordinate);
+    }
+    moved
+}

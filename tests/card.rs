@@ -1,0 +1,263 @@
+//! The valve card against closed forms, and its intervals against how often they hold.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use servobee::card::Card;
+use servobee::evaluate::Problem;
+use servobee::evaluate::problem::{Data, Sample, Series};
+use servobee::evaluate::reference;
+use servobee::model::valve::{Drop, ValveForm};
+use servobee::model::{Output, Structure};
+use servobee::search::{Plan, refine};
+use std::f64::consts::{PI, TAU};
+
+const FULL: f64 = 10.0;
+
+fn actuator() -> Structure {
+    Structure::actuator(FULL, "V")
+}
+
+/// Spool and flow of a valve at 70 bar.
+fn valve(effects: &[&str]) -> Structure {
+    Structure {
+        observed: vec![Output::Spool, Output::Flow],
+        valve: Some(ValveForm {
+            drop: Drop::Supply,
+            ..ValveForm::linear()
+        }),
+        effects: effects.iter().map(|name| name.parse().unwrap()).collect(),
+        ..actuator()
+    }
+}
+
+/// Steps of many heights, answered by the structure with these values and noise of this share of full scale.
+fn problem(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64) -> Problem {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut parameters = structure.parameters();
+    for (name, value) in values {
+        let parameter = parameters.iter_mut().find(|p| p.name == *name);
+        let parameter = parameter.unwrap_or_else(|| panic!("there is a parameter {name}"));
+        parameter.start = *value;
+        (parameter.low, parameter.high) = (parameter.low.min(*value), parameter.high.max(*value));
+    }
+    let mut height = 0.0;
+    let mut row = |k: usize| {
+        if k.is_multiple_of(40) {
+            height = FULL * random.random_range(-0.9..0.9);
+        }
+        Sample {
+            input: [height, 70.0, 0.0, 0.0, 0.0, 40.0, 1e-3 * k as f64],
+            weight: 1.0,
+            ..Sample::default()
+        }
+    };
+    let mut series = Series {
+        name: "steps".into(),
+        samples: (0..2000).map(&mut row).collect(),
+        time: (0..2000).map(|k| 1e-3 * k as f64).collect(),
+    };
+    series.set_steps(structure.fastest_rate(&parameters), 1);
+    let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let simulated = reference::trajectories(structure, &start, std::slice::from_ref(&series));
+    // A sum of twelve uniform numbers is near enough to a normal one.
+    let mut normal = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+    for (sample, outputs) in series.samples.iter_mut().zip(&simulated[0]) {
+        sample.target = outputs.map(|output| output + noise * FULL * normal());
+    }
+    Problem::new(structure.clone(), parameters, Data::Series(vec![series]))
+}
+
+fn card(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64) -> Card {
+    let problem = problem(structure, values, noise, seed);
+    let plan = Plan {
+        coloured: false,
+        ..Plan::of_records(1)
+    };
+    let fit = refine(&problem, &problem.start(), &plan).unwrap();
+    Card::of(&problem, &fit)
+}
+
+fn value(card: &Card, name: &str) -> f64 {
+    let figure = card
+        .figures
+        .iter()
+        .find(|figure| figure.name == name)
+        .unwrap();
+    figure
+        .value
+        .unwrap_or_else(|| panic!("{name} has no value: {}", figure.note))
+}
+
+fn assert_near(card: &Card, name: &str, expected: f64, tolerance: f64) {
+    let value = value(card, name);
+    println!("{name}: {value} for {expected}");
+    assert!(
+        (value - expected).abs() <= tolerance,
+        "{name} is {value}, not {expected}"
+    );
+}
+
+/// Frequency (Hz) at which K/(T s² + s + K) has fallen by 3 dB.
+fn third(gain: f64, lag: f64) -> f64 {
+    // (K − T w)² + w = 2 K² in w = ω².
+    let (a, b, c) = (lag * lag, 1.0 - 2.0 * gain * lag, -gain * gain);
+    ((-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)).sqrt() / TAU
+}
+
+#[test]
+fn an_unsaturated_loop_has_the_limits_of_a_second_order_system() {
+    for (gain, lag) in [(200.0, 0.002), (150.0, 0.006), (377.0, 0.002)] {
+        let values = [("gain", gain), ("time_constant", lag), ("saturation", 20.0)];
+        let card = card(&actuator(), &values, 0.0, 1);
+        for amplitude in [5, 25, 90] {
+            let natural = (gain / lag).sqrt() / TAU;
+            assert_near(
+                &card,
+                &format!("phase_limit_{amplitude}"),
+                natural,
+                2e-3 * natural,
+            );
+            let third = third(gain, lag);
+            assert_near(
+                &card,
+                &format!("amplitude_limit_{amplitude}"),
+                third,
+                2e-3 * third,
+            );
+        }
+        let damping = 0.5 / (gain * lag).sqrt();
+        let overshoot = match damping < 1.0 {
+            true => 100.0 * (-PI * damping / (1.0 - damping * damping).sqrt()).exp(),
+            false => 0.0,
+        };
+        assert_near(&card, "overshoot", overshoot, 0.02);
+        assert_near(&card, "null_bias", 0.0, 1e-6);
+        assert_near(&card, "hysteresis", 0.0, 1e-3);
+    }
+}
+
+#[test]
+fn a_saturated_step_takes_the_time_of_its_slew() {
+    // The lag is short: the spool follows the integrator, which slews at K S.
+    let values = [
+        ("gain", 1000.0),
+        ("time_constant", 5e-4),
+        ("saturation", 0.1),
+    ];
+    let card = card(&actuator(), &values, 0.0, 1);
+    let slew = 1e3 * 0.9 * FULL / (1000.0 * 0.1);
+    assert_near(&card, "step_time", slew + 0.5, 0.05);
+    // A triangle of the same slew begins to fall behind a sine where A ω exceeds K S.
+    let begin = 1000.0 * 0.1 / (0.9 * FULL) / TAU;
+    let limit = value(&card, "amplitude_limit_90");
+    assert!(
+        (begin..3.0 * begin).contains(&limit),
+        "{limit} Hz, slewing from {begin} Hz"
+    );
+    assert!(value(&card, "amplitude_limit_5") > 5.0 * limit);
+}
+
+#[test]
+fn the_flow_curve_shows_what_is_planted() {
+    let base = [
+        ("gain", 200.0),
+        ("time_constant", 0.003),
+        ("saturation", 3.0),
+        ("max_area", 0.5),
+    ];
+    let planted = |effects: &[&str], values: &[(&str, f64)]| {
+        card(&valve(effects), &[&base, values].concat(), 0.0, 1)
+    };
+    let plain = planted(&[], &[]);
+    let rated = 0.7 * 0.5e-4 * (2.0 / 850.0 * 35e5f64).sqrt() * 6e4;
+    assert_near(&plain, "rated_flow", rated, 1e-4 * rated);
+    assert_near(&plain, "flow_gain", rated / FULL, 1e-4 * rated / FULL);
+    for (name, tolerance) in [("overlap", 1e-4), ("asymmetry", 1e-4), ("hysteresis", 1e-3)] {
+        assert_near(&plain, name, 0.0, tolerance);
+    }
+    let leakage = plain
+        .figures
+        .iter()
+        .find(|figure| figure.name == "leakage")
+        .unwrap();
+    assert_eq!(leakage.value, None, "nothing that leaks was fitted");
+
+    assert_near(
+        &planted(&["overlap"], &[("overlap", 3.0)]),
+        "overlap",
+        3.0,
+        1e-3,
+    );
+    assert_near(
+        &planted(&["hysteresis"], &[("hysteresis", 0.1)]),
+        "hysteresis",
+        2.0,
+        0.02,
+    );
+    // A bias is taken back by the command that is its negative.
+    assert_near(
+        &planted(&["null_bias"], &[("null_bias", 0.3)]),
+        "null_bias",
+        -3.0,
+        1e-3,
+    );
+    let asymmetric = planted(&["asymmetric_gain"], &[("asymmetric_gain", 0.1)]);
+    assert_near(&asymmetric, "asymmetry", 100.0 * 0.2 / 1.1, 0.01);
+    let leaking = planted(&["leakage"], &[("leakage", 2.0), ("leakage_width", 3.0)]);
+    assert_near(&leaking, "leakage", 2.0, 0.02);
+    let late = planted(&["delay"], &[("delay", 0.005)]);
+    assert_near(&late, "step_time", value(&plain, "step_time") + 5.0, 0.05);
+    // The sensor's lag is no property of the valve.
+    let lagging = planted(&["sensor_lag.spool"], &[("sensor_lag_spool", 0.004)]);
+    let natural = value(&plain, "phase_limit_5");
+    assert_near(&lagging, "phase_limit_5", natural, 1e-3 * natural);
+}
+
+#[test]
+fn intervals_hold_what_they_promise() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.003),
+        ("saturation", 2.0),
+    ];
+    let truth = card(&actuator(), &values, 0.0, 1);
+    let names = ["phase_limit_5", "amplitude_limit_90", "step_time"];
+    let mut held = [0; 3];
+    let runs = 60;
+    for seed in 1..=runs {
+        let card = card(&actuator(), &values, 0.02, seed);
+        for (name, held) in names.iter().zip(&mut held) {
+            let figure = card
+                .figures
+                .iter()
+                .find(|figure| figure.name == *name)
+                .unwrap();
+            let (low, high) = (figure.low.unwrap(), figure.high.unwrap());
+            assert!(low < high, "{name}: {low} .. {high}");
+            *held += i32::from((low..=high).contains(&value(&truth, name)));
+        }
+    }
+    println!("of {runs} intervals of 95 %, {names:?} held {held:?}");
+    // 57 are expected; fewer than 52 or none missed in 180 are chances below one in a hundred.
+    assert!(held.iter().all(|&held| held >= 52), "{held:?}");
+    assert!(held.iter().sum::<i32>() < 3 * runs as i32, "{held:?}");
+}
+
+#[test]
+fn what_was_not_measured_has_no_value_but_a_reason() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.003),
+        ("saturation", 2.0),
+    ];
+    let card = card(&actuator(), &values, 0.0, 1);
+    for name in ["rated_flow", "flow_gain", "overlap", "asymmetry", "leakage"] {
+        let figure = card
+            .figures
+            .iter()
+            .find(|figure| figure.name == name)
+            .unwrap();
+        assert_eq!((figure.value, figure.low, figure.high), (None, None, None));
+        assert_eq!(figure.note, "no flow was measured");
+    }
+}

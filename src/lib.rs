@@ -8,7 +8,7 @@
 //!
 //! - [`record`]: measurements in time and datasheet curves, with channels, units and checks.
 //! - [`model`]: the physics, each equation written once over [`model::Real`] and read as `f64`, `f32`, vectors of
-//!   candidates, dual numbers and WGSL. The actuator is `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T`
+//!   candidates, dual numbers and as text: WGSL, C and Modelica. The actuator is `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T`
 //!   ([`model::actuator`]); an orifice passes `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of
 //!   them make a valve ([`model::valve`]). What measured valves show beyond that is in [`model::effects`], one file an
 //!   effect.
@@ -19,6 +19,7 @@
 //!   leave on data that was never fitted.
 //! - [`card`]: the figures of a datasheet that follow from a fitted model.
 //! - [`report`]: what a run tells and leaves behind.
+//! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
 //! Each of them knows only those above it. Beside them stand [`rig`], which makes records with planted effects from equations
 //! of its own, and [`scorecard`], which counts on such records how often the diagnosis is right.
@@ -129,6 +130,7 @@ pub mod card;
 pub mod diagnose;
 mod error;
 pub mod evaluate;
+pub mod export;
 pub mod model;
 pub mod record;
 pub mod report;

@@ -6,6 +6,7 @@ mod completions;
 mod datasheet;
 mod devices;
 mod effects;
+mod export;
 mod identify;
 mod inspect;
 mod options;
@@ -35,6 +36,7 @@ enum Command {
     Inspect(inspect::Arguments),
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
+    Export(export::Arguments),
     Synthesize(synthesize::Arguments),
     Scorecard(scorecard::Arguments),
     Effects(effects::Arguments),
@@ -56,6 +58,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),
         Command::Scorecard(arguments) => scorecard::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),

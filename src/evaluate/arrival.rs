@@ -4,7 +4,7 @@ use super::problem::Series;
 use crate::model::Valued;
 
 /// How much of an interval between rows may be taken for rounding of the time stamps.
-pub(super) const JITTER: f64 = 1e-6;
+pub(crate) const JITTER: f64 = 1e-6;
 
 /// The commands that act from row `row` to the next when each arrives `delay` seconds late. They change where a row's time
 /// plus the delay falls: the interval is cut there into pieces, of which some have no length.

@@ -7,6 +7,7 @@ mod cpu;
 pub mod gpu;
 mod leaps;
 mod loss;
+pub mod physics;
 mod population;
 pub mod problem;
 pub mod reference;
@@ -16,6 +17,7 @@ pub mod simulate;
 pub mod wgsl;
 pub mod workload;
 
+pub(crate) use arrival::JITTER;
 pub use base::{parameters_for, scale_of, structure_for};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};

@@ -37,16 +37,22 @@ impl OutputFile {
         })
     }
 
-    /// Puts the file with these contents into its place, all at once.
+    /// Puts the file with this text into its place, all at once.
     ///
     /// # Errors
-    /// The contents cannot be written, or another file has taken the place meanwhile.
-    pub fn finish(self, contents: &str) -> Result<()> {
+    /// The text cannot be written, or another file has taken the place meanwhile.
+    pub fn finish(self, text: &str) -> Result<()> {
+        self.finish_bytes(text.as_bytes())
+    }
+
+    /// [`OutputFile::finish`] with contents that are no text.
+    ///
+    /// # Errors
+    /// As [`OutputFile::finish`].
+    pub fn finish_bytes(self, contents: &[u8]) -> Result<()> {
         let wrong = |error: &std::io::Error| cannot_write(&self.path, error);
         let mut draft = draft(parent(&self.path)).map_err(|error| wrong(&error))?;
-        draft
-            .write_all(contents.as_bytes())
-            .map_err(|error| wrong(&error))?;
+        draft.write_all(contents).map_err(|error| wrong(&error))?;
         let placed = match self.force {
             true => draft.persist(&self.path),
             false => draft.persist_noclobber(&self.path),

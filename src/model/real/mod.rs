@@ -1,19 +1,19 @@
 //! The arithmetic that every reading of the physics shares.
 //!
 //! An equation written over [`Real`] is read as `f64` (the reference), `f32` (the shader's twin), [`Lanes`] (many
-//! candidates at once), [`Dual`] (exact sensitivities) and [`Wgsl`] (the shader's physics as text). There are no
+//! candidates at once), [`Dual`] (exact sensitivities) and [`Traced`] (text in another language). There are no
 //! branches on values: a choice is a `min`, a `max`, a clamp or a selection, so that lanes and invocations stay in
 //! lockstep.
 
 mod dual;
 mod lanes;
 pub(crate) mod reading;
-mod wgsl;
+pub mod trace;
 
 pub use dual::Dual;
 pub use lanes::{Element, Lanes};
 pub use reading::{IN_FLIGHT, PASS};
-pub use wgsl::{Function, Trace, Wgsl};
+pub use trace::Traced;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -58,7 +58,7 @@ pub trait Real:
         }
         result
     }
-    /// A name for people who read the traced shader; the value is unchanged.
+    /// A name for people who read the traced text; the value is unchanged.
     #[inline(always)]
     fn named(self, _name: &str) -> Self {
         self

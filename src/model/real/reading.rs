@@ -39,7 +39,7 @@ macro_rules! for_number {
             f64,
             f32,
             $crate::model::real::Dual<{ $crate::model::real::reading::PASS }>,
-            $crate::model::real::Wgsl,
+            $crate::model::real::Traced,
             $crate::model::real::reading::Wide<f32, pulp::Scalar>,
             $crate::model::real::reading::Wide<f64, pulp::Scalar>
         );

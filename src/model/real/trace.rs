@@ -1,30 +1,38 @@
-//! Reading an equation as WGSL: operations are recorded on a tape and written out as shader functions.
+//! Reading an equation as text: operations are recorded on a tape and written out in another language.
+
+mod c;
+mod modelica;
+mod wgsl;
+
+pub use c::C;
+pub use modelica::Modelica;
+pub use wgsl::Wgsl;
 
 use super::Real;
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
-use std::fmt::Write;
-use std::ops::{Add, Div, Mul, Neg, Range, Sub};
+use std::marker::PhantomData;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A number of the shader: an entry on this thread's tape.
+/// A number of the text: an entry on this thread's tape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Wgsl(usize);
+pub struct Traced(usize);
 
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Operation {
-    /// A literal, by the bits of its `f32` value.
-    Constant(u32),
+    /// A literal, by its bits.
+    Constant(u64),
     /// An expression that reads something, such as `state.spool`.
     Read(String),
-    Unary(&'static str, Wgsl),
-    Infix(char, Wgsl, Wgsl),
-    Call(&'static str, Wgsl, Wgsl),
+    Unary(&'static str, Traced),
+    Infix(char, Traced, Traced),
+    Call(&'static str, Traced, Traced),
     /// The second where the first is above zero, otherwise the third.
-    Select(Wgsl, Wgsl, Wgsl),
+    Select(Traced, Traced, Traced),
 }
 
 impl Operation {
-    fn arguments(&self) -> Vec<Wgsl> {
+    fn arguments(&self) -> Vec<Traced> {
         match self {
             Self::Constant(_) | Self::Read(_) => vec![],
             Self::Unary(_, a) => vec![*a],
@@ -37,64 +45,64 @@ impl Operation {
 #[derive(Default)]
 struct Tape {
     operations: Vec<Operation>,
-    names: HashMap<Wgsl, String>,
-    known: HashMap<Operation, Wgsl>,
+    names: HashMap<Traced, String>,
+    known: HashMap<Operation, Traced>,
 }
 
 thread_local! {
     static TAPE: RefCell<Tape> = RefCell::default();
 }
 
-fn record(operation: Operation) -> Wgsl {
+fn record(operation: Operation) -> Traced {
     TAPE.with_borrow_mut(|tape| {
         if let Some(&known) = tape.known.get(&operation) {
             return known;
         }
-        let number = Wgsl(tape.operations.len());
+        let number = Traced(tape.operations.len());
         tape.operations.push(operation.clone());
         tape.known.insert(operation, number);
         number
     })
 }
 
-impl Add for Wgsl {
+impl Add for Traced {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         record(Operation::Infix('+', self, other))
     }
 }
 
-impl Sub for Wgsl {
+impl Sub for Traced {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         record(Operation::Infix('-', self, other))
     }
 }
 
-impl Mul for Wgsl {
+impl Mul for Traced {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         record(Operation::Infix('*', self, other))
     }
 }
 
-impl Div for Wgsl {
+impl Div for Traced {
     type Output = Self;
     fn div(self, other: Self) -> Self {
         record(Operation::Infix('/', self, other))
     }
 }
 
-impl Neg for Wgsl {
+impl Neg for Traced {
     type Output = Self;
     fn neg(self) -> Self {
         record(Operation::Unary("-", self))
     }
 }
 
-impl Real for Wgsl {
+impl Real for Traced {
     fn constant(value: f64) -> Self {
-        record(Operation::Constant((value as f32).to_bits()))
+        record(Operation::Constant(value.to_bits()))
     }
     fn sqrt(self) -> Self {
         record(Operation::Unary("sqrt", self))
@@ -127,21 +135,40 @@ impl Real for Wgsl {
     }
 }
 
-/// A recording. The numbers recorded before [`Trace::seal`] are computed once a candidate and become fields of the
-/// shader's `Plant`; the functions recorded afterwards read them from there.
-pub struct Trace {
-    sealed: Range<usize>,
-    fields: BTreeSet<Wgsl>,
+/// How a language writes numbers, and what it reads them from.
+pub trait Language {
+    /// A literal; a negative one so that a minus sign may stand before it.
+    fn literal(value: f64) -> String;
+    /// `yes` where `value` is above zero, otherwise `no`.
+    fn choice(value: &str, yes: &str, no: &str) -> String;
+    /// What reads the number that is recorded as `expression`.
+    fn read(expression: &str) -> String {
+        expression.into()
+    }
+    /// The name of a number that people have called `name`.
+    fn label(name: String) -> String {
+        name
+    }
 }
 
-/// A shader function to be written: its signature, and its results in the order of the constructor that returns them.
-pub struct Function<'a> {
-    /// Everything between `fn ` and `{`.
-    pub signature: &'a str,
-    /// What builds the return value, such as `State` or `vec3<f32>`.
-    pub constructor: &'a str,
-    /// The values that it is built from.
-    pub results: &'a [Wgsl],
+/// The text of a function: what it reads, its local numbers, and its results.
+#[derive(Debug)]
+pub struct Body {
+    /// The expressions that it reads, `plant.*` among them.
+    pub reads: BTreeSet<String>,
+    /// Name and expression of each local number, in order.
+    pub locals: Vec<(String, String)>,
+    /// The expressions of the results.
+    pub results: Vec<String>,
+}
+
+/// A recording. The numbers recorded before [`Trace::seal`] are computed once a candidate and become fields of a
+/// `Plant`; the functions recorded afterwards read them from there.
+#[derive(Debug)]
+pub struct Trace {
+    sealed: usize,
+    fields: BTreeSet<Traced>,
+    reads: BTreeSet<String>,
 }
 
 impl Trace {
@@ -149,102 +176,84 @@ impl Trace {
     pub fn start() -> Self {
         TAPE.set(Tape::default());
         Self {
-            sealed: 0..0,
+            sealed: 0,
             fields: BTreeSet::new(),
+            reads: BTreeSet::new(),
         }
     }
 
-    /// A number that the shader reads with `expression`.
-    pub fn read(&self, expression: impl Into<String>) -> Wgsl {
+    /// A number that is read with `expression`.
+    pub fn read(&self, expression: impl Into<String>) -> Traced {
         record(Operation::Read(expression.into()))
     }
 
     /// Names a number whatever it is, so that people recognise it as a field of the plant.
-    pub fn name(&self, number: Wgsl, name: &str) {
+    pub fn name(&self, number: Traced, name: &str) {
         TAPE.with_borrow_mut(|tape| tape.names.insert(number, name.to_owned()));
     }
 
     /// Ends the part that is computed once a candidate.
     pub fn seal(&mut self) {
-        self.sealed = 0..TAPE.with_borrow(|tape| tape.operations.len());
+        self.sealed = TAPE.with_borrow(|tape| tape.operations.len());
     }
 
     /// Writes a function that may read `plant.*`.
-    pub fn function(&mut self, function: &Function) -> String {
-        TAPE.with_borrow(|tape| self.write(tape, function, true))
+    pub fn function<L: Language>(&mut self, results: &[Traced]) -> Body {
+        TAPE.with_borrow(|tape| self.write::<L>(tape, results, self.sealed))
     }
 
-    /// Writes the struct `Plant` and the function that prepares it. Last, since only now is it known which fields the
-    /// other functions read.
-    pub fn plant(&mut self, signature: &str) -> String {
-        let fields: Vec<Wgsl> = self.fields.iter().copied().collect();
+    /// Writes all fields of `Plant` as results of the function that prepares it, and their names. Last, since only now is
+    /// it known which of them the other functions read.
+    pub fn plant<L: Language>(&mut self) -> (Vec<String>, Body) {
+        let fields: Vec<Traced> = self.fields.iter().copied().collect();
         TAPE.with_borrow(|tape| {
-            let mut text = String::from("struct Plant {\n");
-            for &field in &fields {
-                writeln!(text, "    {}: f32,", tape.label(field)).expect("writing to a string");
-            }
-            if fields.is_empty() {
-                text.push_str("    unused: f32,\n");
-            }
-            text.push_str("}\n\n");
-            let nothing = [Wgsl(usize::MAX)];
-            let results = if fields.is_empty() {
-                &nothing[..]
-            } else {
-                &fields
-            };
-            text + &self.write(
-                tape,
-                &Function {
-                    signature,
-                    constructor: "Plant",
-                    results,
-                },
-                false,
-            )
+            let names = fields.iter().map(|&field| L::label(tape.label(field)));
+            (names.collect(), self.write::<L>(tape, &fields, 0))
         })
     }
 
-    fn write(&mut self, tape: &Tape, function: &Function, reads_plant: bool) -> String {
-        let mut writer = Writer {
+    /// Whether any function that was written reads `expression`.
+    pub fn has_read(&self, expression: &str) -> bool {
+        self.reads.contains(expression)
+    }
+
+    fn write<L: Language>(&mut self, tape: &Tape, results: &[Traced], sealed: usize) -> Body {
+        let mut writer = Writer::<L> {
             tape,
-            sealed: if reads_plant { self.sealed.end } else { 0 },
+            sealed,
             uses: HashMap::new(),
+            language: PhantomData,
         };
-        for &result in function.results {
+        for &result in results {
             writer.count(result);
         }
-        let mut text = format!("fn {} {{\n", function.signature);
-        let mut shared: Vec<Wgsl> = writer
+        let mut shared: Vec<Traced> = writer
             .uses
             .keys()
             .copied()
-            .filter(|&n| writer.is_let(n))
+            .filter(|&n| writer.is_local(n))
             .collect();
         shared.sort();
-        for number in shared {
-            let expression = writer.expression(number, true);
-            writeln!(text, "    let {} = {expression};", tape.label(number))
-                .expect("writing to a string");
+        let used = || writer.uses.keys().copied();
+        self.fields.extend(used().filter(|&n| writer.is_field(n)));
+        let read = |n: Traced| match &tape.operations[n.0] {
+            _ if writer.is_field(n) => Some(format!("plant.{}", writer.label(n))),
+            Operation::Read(expression) => Some(expression.clone()),
+            _ => None,
+        };
+        let reads: BTreeSet<String> = used().filter_map(read).collect();
+        self.reads.extend(reads.iter().cloned());
+        Body {
+            reads,
+            locals: shared
+                .into_iter()
+                .map(|number| (writer.label(number), writer.expression(number, true)))
+                .collect(),
+            results: results
+                .iter()
+                .map(|&result| strip(&writer.reference(result)).to_owned())
+                .collect(),
         }
-        let results: Vec<String> = function
-            .results
-            .iter()
-            .map(|&r| writer.reference(r))
-            .collect();
-        let results: Vec<&str> = results.iter().map(|r| strip(r)).collect();
-        if reads_plant {
-            self.fields
-                .extend(writer.uses.keys().filter(|&&n| writer.is_field(n)));
-        }
-        write!(
-            text,
-            "    return {}({});\n}}\n",
-            function.constructor,
-            results.join(", ")
-        )
-        .expect("writing to a string");
-        text
     }
 }
 
@@ -272,9 +281,8 @@ fn strip(expression: &str) -> &str {
 
 impl Tape {
     /// A name that is unique on the tape.
-    fn label(&self, number: Wgsl) -> String {
+    fn label(&self, number: Traced) -> String {
         match self.names.get(&number) {
-            None if number.0 == usize::MAX => "unused".into(),
             None => format!("t{}", number.0),
             Some(name) => {
                 let clash = self
@@ -291,17 +299,18 @@ impl Tape {
     }
 }
 
-struct Writer<'a> {
+struct Writer<'a, L> {
     tape: &'a Tape,
     sealed: usize,
-    uses: HashMap<Wgsl, usize>,
+    uses: HashMap<Traced, usize>,
+    language: PhantomData<L>,
 }
 
-impl Writer<'_> {
-    fn count(&mut self, number: Wgsl) {
+impl<L: Language> Writer<'_, L> {
+    fn count(&mut self, number: Traced) {
         let uses = self.uses.entry(number).or_insert(0);
         *uses += 1;
-        if *uses == 1 && number.0 != usize::MAX && !self.is_field(number) {
+        if *uses == 1 && !self.is_field(number) {
             for argument in self.tape.operations[number.0].arguments() {
                 self.count(argument);
             }
@@ -309,14 +318,13 @@ impl Writer<'_> {
     }
 
     /// Whether a number is computed once a candidate and read from the plant.
-    fn is_field(&self, number: Wgsl) -> bool {
+    fn is_field(&self, number: Traced) -> bool {
         number.0 < self.sealed && !matches!(self.tape.operations[number.0], Operation::Constant(_))
     }
 
     /// Whether a number gets a line of its own: it has a name or several users.
-    fn is_let(&self, number: Wgsl) -> bool {
-        number.0 != usize::MAX
-            && !self.is_field(number)
+    fn is_local(&self, number: Traced) -> bool {
+        !self.is_field(number)
             && !matches!(
                 self.tape.operations[number.0],
                 Operation::Constant(_) | Operation::Read(_)
@@ -324,22 +332,24 @@ impl Writer<'_> {
             && (self.uses[&number] > 1 || self.tape.names.contains_key(&number))
     }
 
-    fn reference(&self, number: Wgsl) -> String {
-        if number.0 == usize::MAX {
-            "0.0".into()
-        } else if self.is_field(number) {
-            format!("plant.{}", self.tape.label(number))
-        } else if self.is_let(number) {
-            self.tape.label(number)
+    fn label(&self, number: Traced) -> String {
+        L::label(self.tape.label(number))
+    }
+
+    fn reference(&self, number: Traced) -> String {
+        if self.is_field(number) {
+            L::read(&format!("plant.{}", self.label(number)))
+        } else if self.is_local(number) {
+            self.label(number)
         } else {
             self.expression(number, false)
         }
     }
 
-    fn expression(&self, number: Wgsl, outermost: bool) -> String {
+    fn expression(&self, number: Traced, outermost: bool) -> String {
         let text = match &self.tape.operations[number.0] {
-            Operation::Constant(bits) => return literal(f32::from_bits(*bits)),
-            Operation::Read(expression) => return expression.clone(),
+            Operation::Constant(bits) => return L::literal(f64::from_bits(*bits)),
+            Operation::Read(expression) => return L::read(expression),
             Operation::Unary("-", a) => format!("(-{})", self.reference(*a)),
             Operation::Unary(name, a) => return format!("{name}({})", strip(&self.reference(*a))),
             Operation::Call(name, a, b) => {
@@ -348,7 +358,7 @@ impl Writer<'_> {
             }
             Operation::Select(a, yes, no) => {
                 let [a, yes, no] = [a, yes, no].map(|&number| self.reference(number));
-                return format!("select({}, {}, {a} > 0.0)", strip(&no), strip(&yes));
+                return L::choice(&a, strip(&yes), strip(&no));
             }
             Operation::Infix(sign, a, b) => {
                 format!("({} {sign} {})", self.reference(*a), self.reference(*b))
@@ -359,14 +369,5 @@ impl Writer<'_> {
         } else {
             text
         }
-    }
-}
-
-/// The shortest decimal that gives back the same `f32`; a negative one in parentheses, since `a--b` is no WGSL.
-fn literal(value: f32) -> String {
-    if value < 0.0 {
-        format!("({value:?}f)")
-    } else {
-        format!("{value:?}f")
     }
 }

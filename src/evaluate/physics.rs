@@ -1,0 +1,270 @@
+//! The functions of a structure that a time loop calls, traced: what the shader and the exports are written from.
+
+use super::simulate::with_states;
+use crate::model::integrate::advance;
+use crate::model::leap::{Place, Stride};
+use crate::model::real::trace::Trace;
+use crate::model::{Hold, Input, Plant, Real, Structure, real::Traced};
+
+/// What a traced function takes or returns. In the text, `plant.gain` is the field `gain` of the argument `plant`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A number.
+    Real,
+    /// What is computed once a candidate.
+    Plant,
+    /// The states.
+    State,
+    /// What drives the model: the fields [`INPUTS`].
+    Input,
+    /// Spool, flow and position.
+    Outputs,
+    /// What all leaps of one length have in common.
+    Stride,
+    /// Integrator and spool after a leap, and above zero: what is left to do.
+    Leap,
+}
+
+/// The fields of an input, in the order of [`Input::new`].
+pub const INPUTS: [&str; 7] = ["command", "supply", "tank", "a", "b", "temperature", "time"];
+/// The fields of a leap.
+pub const LEAP: [&str; 3] = ["integrator", "spool", "more"];
+
+/// A traced function.
+#[derive(Debug)]
+pub struct Function {
+    /// Its name.
+    pub name: &'static str,
+    /// Its arguments.
+    pub arguments: &'static [(&'static str, Kind)],
+    /// What it returns.
+    pub kind: Kind,
+    /// The numbers of what it returns.
+    pub results: Vec<Traced>,
+}
+
+/// The traced functions of a structure.
+#[derive(Debug)]
+pub struct Physics {
+    /// The recording that they are on.
+    pub trace: Trace,
+    /// The names of the states; one that is not used where there are none.
+    pub states: Vec<String>,
+    /// `initial`, `command`, `remember`, `delay`, `observe` and `advance`; `stride_of`, `leap` and `turn` where the spool
+    /// moves in leaps; `derivative`.
+    pub functions: Vec<Function>,
+    /// Whether the derivative says all about the states: none remembers a command, none is set where a step ends.
+    pub smooth: bool,
+}
+
+impl Physics {
+    /// Traces `structure` for values of its parameters that `values` records. `leaps` says whether its spool moves in leaps.
+    pub fn new(
+        structure: &Structure,
+        leaps: bool,
+        values: impl FnOnce(&Trace) -> Vec<Traced>,
+    ) -> Self {
+        let mut trace = Trace::start();
+        let values = values(&trace);
+        #[allow(
+            clippy::extra_unused_type_parameters,
+            reason = "with_states names the numbers first, and these are always text"
+        )]
+        fn functions<R, const N: usize, const EFFECTS: bool>(
+            structure: &Structure,
+            leaps: bool,
+            values: &[Traced],
+            trace: &mut Trace,
+        ) -> (Vec<Function>, bool) {
+            traced::<N, EFFECTS>(structure, leaps, values, trace)
+        }
+        let (functions, smooth) = with_states!(
+            structure,
+            functions::<Traced>(structure, leaps, &values, &mut trace)
+        );
+        let mut states = structure.states();
+        if states.is_empty() {
+            states.push("unused".into());
+        }
+        Self {
+            trace,
+            states,
+            functions,
+            smooth,
+        }
+    }
+
+    /// The function called `name`.
+    ///
+    /// # Panics
+    /// If the structure has none of this name.
+    pub fn function(&self, name: &str) -> &Function {
+        let found = self.functions.iter().find(|function| function.name == name);
+        found.unwrap_or_else(|| panic!("no function {name} was traced"))
+    }
+}
+
+fn traced<const N: usize, const EFFECTS: bool>(
+    structure: &Structure,
+    leaps: bool,
+    values: &[Traced],
+    trace: &mut Trace,
+) -> (Vec<Function>, bool) {
+    let names = structure.states();
+    let plant = Plant::new(structure, values);
+    trace.seal();
+
+    let input = |name: &str| Input::new(INPUTS.map(|field| trace.read(format!("{name}.{field}"))));
+    let mut state = [Traced::constant(0.0); N];
+    for (i, name) in names.iter().enumerate() {
+        state[i] = trace.read(format!("state.{name}"));
+    }
+    let now = input("input");
+    let position = trace.read("position");
+    let step = trace.read("step");
+    let arrived = trace.read("arrived");
+
+    let initial = plant.initial::<N, EFFECTS>(&now, position);
+    let mut remembered = state;
+    let command = match EFFECTS {
+        true => plant.command(&mut remembered, arrived),
+        false => arrived,
+    };
+    let delay = plant.delay().unwrap_or(Traced::constant(0.0));
+    let observed = plant.observe::<EFFECTS>(&state, &now);
+    let moved = advance::<Traced, N, EFFECTS>(
+        &plant,
+        state,
+        [&input("start"), &input("middle"), &input("end")],
+        step,
+    );
+
+    let padded = |values: [Traced; N]| match names.is_empty() {
+        true => vec![Traced::constant(0.0)],
+        false => values[..names.len()].to_vec(),
+    };
+    let function = |name, arguments, kind, results| Function {
+        name,
+        arguments,
+        kind,
+        results,
+    };
+    const PLANT: (&str, Kind) = ("plant", Kind::Plant);
+    const STATE: (&str, Kind) = ("state", Kind::State);
+    const INPUT: (&str, Kind) = ("input", Kind::Input);
+    const ARRIVED: (&str, Kind) = ("arrived", Kind::Real);
+    let mut functions = vec![
+        function(
+            "initial",
+            &[PLANT, INPUT, ("position", Kind::Real)][..],
+            Kind::State,
+            padded(initial),
+        ),
+        function(
+            "command",
+            &[PLANT, STATE, ARRIVED],
+            Kind::Real,
+            vec![command],
+        ),
+        function(
+            "remember",
+            &[PLANT, STATE, ARRIVED],
+            Kind::State,
+            padded(remembered),
+        ),
+        function("delay", &[PLANT], Kind::Real, vec![delay]),
+        function(
+            "observe",
+            &[PLANT, STATE, INPUT],
+            Kind::Outputs,
+            observed.to_vec(),
+        ),
+        function(
+            "advance",
+            &[
+                PLANT,
+                STATE,
+                ("start", Kind::Input),
+                ("middle", Kind::Input),
+                ("end", Kind::Input),
+                ("step", Kind::Real),
+            ],
+            Kind::State,
+            padded(moved),
+        ),
+    ];
+    if leaps {
+        let interpolated = structure.hold == Hold::Interpolated;
+        let [stride, leap, turn] = leaping(trace, &plant, interpolated);
+        const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];
+        functions.extend([
+            function(
+                "stride_of",
+                &[PLANT, ("length", Kind::Real)],
+                Kind::Stride,
+                stride,
+            ),
+            function(
+                "leap",
+                &[PLANT, ("stride", Kind::Stride), STATE, RUNS[0], RUNS[1]],
+                Kind::Leap,
+                leap,
+            ),
+            function(
+                "turn",
+                &[
+                    PLANT,
+                    ("stride", Kind::Stride),
+                    STATE,
+                    RUNS[0],
+                    RUNS[1],
+                    ("left", Kind::Real),
+                ],
+                Kind::Leap,
+                turn,
+            ),
+        ]);
+    }
+    let heading = match EFFECTS {
+        true => plant.heading(&state, &now),
+        false => Traced::constant(0.0),
+    };
+    let slope = plant.derivative::<N, EFFECTS>(&state, &now, heading);
+    functions.push(function(
+        "derivative",
+        &[PLANT, STATE, INPUT],
+        Kind::State,
+        padded(slope),
+    ));
+    let mut after = [Traced::constant(0.0); N];
+    for (i, name) in names.iter().enumerate() {
+        after[i] = trace.read(format!("after.{name}"));
+    }
+    let mut settled = after;
+    if EFFECTS {
+        plant.settle(&state, &mut settled, [&now, &now], heading, step);
+    }
+    (functions, remembered == state && settled == after)
+}
+
+/// The results of `stride_of`, `leap` and `turn`.
+fn leaping(trace: &Trace, plant: &Plant<Traced>, interpolated: bool) -> [Vec<Traced>; 3] {
+    let [length, command, left, ramp] =
+        ["length", "command", "left", "ramp"].map(|name| trace.read(name));
+    let stride = Stride::from_numbers(
+        Stride::<Traced>::NAMES.map(|name| trace.read(format!("stride.{name}"))),
+    );
+    let from = Place {
+        integrator: trace.read("state.integrator"),
+        spool: trace.read("state.spool"),
+    };
+    let ramp = interpolated.then_some(ramp);
+    let actuator = plant.actuator();
+    let results =
+        |(place, more): (Place<Traced>, Traced)| vec![place.integrator, place.spool, more];
+    [
+        actuator.stride(length).numbers().to_vec(),
+        results(actuator.leap(&stride, from, command, ramp)),
+        results(actuator.turn(&stride, from, command, ramp, left)),
+    ]
+}

@@ -1,0 +1,263 @@
+//! A MATLAB script that gives Simscape's blocks the parameters of a model, and says what these blocks cannot represent.
+
+use super::Model;
+use crate::model::orifice::{CRITICAL_REYNOLDS, LAMINAR_RATIO, Transition};
+use crate::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
+use crate::model::{Drive, Hold, Initial, Output, Parameter};
+use std::fmt::Write;
+
+/// The script for "Proportional and Servo-Valve Actuator" and "4-Way Directional Valve".
+pub fn script(model: &Model) -> String {
+    let structure = &model.structure;
+    let mut text = format!(
+        "%% {}\n% Sets the parameters of two blocks of Simscape Fluids (hydraulics):\n\
+         %   actuator  Proportional and Servo-Valve Actuator\n%   valve     4-Way Directional Valve\n\
+         % TO BE CHECKED: the comment at each line is the label in the block's dialog. The parameter names beside it have\n\
+         % not been tried in any release of MATLAB; compare them with fieldnames(get_param(valve, 'DialogParameters')).\n\
+         % A name that a block does not know is reported and skipped.\n\
+         % What the blocks cannot represent is listed at the end, with its equations and values.\n\n",
+        model.summary()
+    );
+    text += "actuator = 'model/Actuator';   % path of the actuator block\n\
+             valve = 'model/Valve';         % path of the valve block\n\n";
+    match structure.drive {
+        Drive::Actuator => text += &actuator(model),
+        Drive::Direct => {
+            text += "% The spool follows the command at once: the model has no actuator.\n\n";
+        }
+    }
+    match &structure.valve {
+        Some(form) => text += &valve(model, form),
+        None => text += "% No flow is observed: the model has no valve.\n\n",
+    }
+    text += &missing(model);
+    text += "\nfunction assign(block, name, value)\n    try\n        set_param(block, name, value);\n    catch problem\n        \
+             warning('servobee:parameter', '%s: %s is not set: %s', block, name, problem.message);\n    end\nend\n";
+    text
+}
+
+/// The value of a parameter.
+fn value(model: &Model, name: &str) -> f64 {
+    let found = model.parameters.iter().find(|p| p.name == name);
+    found.map_or(0.0, |parameter| parameter.start)
+}
+
+fn assign(text: &mut String, block: &str, name: &str, value: &str, comment: &str) {
+    let _ = writeln!(text, "assign({block}, '{name}', '{value}');   % {comment}");
+}
+
+fn actuator(model: &Model) -> String {
+    let unit = &model.structure.command_unit;
+    let mut text = format!(
+        "%% Actuator: gain, lag and saturation of the error in a unity feedback loop\n\
+         % Its input is the command in {unit}, full scale {:?} {unit}; its output is the spool position in the same unit.\n",
+        model.structure.full_scale
+    );
+    for (name, parameter, comment) in [
+        ("gain", "gain", "Gain, 1/s".to_owned()),
+        ("time_const", "time_constant", "Time constant, s".to_owned()),
+        ("saturation", "saturation", format!("Saturation, {unit}")),
+    ] {
+        let number = format!("{:?}", value(model, parameter));
+        assign(&mut text, "actuator", name, &number, &comment);
+    }
+    text.push('\n');
+    text
+}
+
+fn valve(model: &Model, form: &ValveForm) -> String {
+    let of = |name: &str| value(model, name);
+    let mut text = format!(
+        "%% Valve\n% Its spool is displaced by x [mm] where the model's spool is at x % of full scale: put a gain of \
+         100/{:?} between\n% actuator and valve, and a Simulink-PS Converter with unit mm.\n",
+        model.structure.full_scale
+    );
+    let mut put =
+        |name: &str, value: &str, comment: &str| assign(&mut text, "valve", name, value, comment);
+    match &form.area {
+        AreaLaw::Linear => {
+            put("mdl_type", "1", "By maximum area and opening");
+            put(
+                "area_max",
+                &format!("{:?}", of("max_area")),
+                "Maximum orifice area, cm^2",
+            );
+            put("area_max_unit", "cm^2", "its unit");
+            put("opening_max", "100", "Maximum opening, mm: 100 %");
+            put("opening_max_unit", "mm", "its unit");
+        }
+        AreaLaw::Table(openings) => {
+            let list = |values: Vec<String>| format!("[{}]", values.join(" "));
+            let area = |i: usize| format!("{:?}", of(&format!("area_{}", i + 1)));
+            put("mdl_type", "2", "By area vs. opening table");
+            let values = openings
+                .iter()
+                .map(|opening| format!("{opening:?}"))
+                .collect();
+            put("opening_tab", &list(values), "Openings, mm: %");
+            put("opening_tab_unit", "mm", "its unit");
+            put(
+                "area_tab",
+                &list((0..openings.len()).map(area).collect()),
+                "Areas, cm^2",
+            );
+            put("area_tab_unit", "cm^2", "its unit");
+            put("interp_method", "1", "Linear interpolation");
+            put(
+                "extrap_method",
+                "2",
+                "Nearest extrapolation: the end value holds",
+            );
+        }
+    }
+    put(
+        "flow_dis_coeff",
+        &format!("{:?}", of("discharge_coefficient")),
+        "Flow discharge coefficient",
+    );
+    put(
+        "area_leak",
+        &format!("{:?}", of("leakage_area")),
+        "Leakage area, cm^2",
+    );
+    put("area_leak_unit", "cm^2", "its unit");
+    for orifice in ["PA", "PB", "AT", "BT"] {
+        let name = format!("x_0_{orifice}");
+        put(
+            &name,
+            &format!("{:?}", of("opening_offset")),
+            "Initial opening, mm: %",
+        );
+        put(&format!("{name}_unit"), "mm", "its unit");
+    }
+    match form.transition {
+        Transition::PressureRatio => {
+            put("lam_spec", "1", "Laminar transition by pressure ratio");
+            put(
+                "B_lam",
+                &format!("{LAMINAR_RATIO:?}"),
+                "Laminar flow pressure ratio",
+            );
+        }
+        Transition::Reynolds => {
+            put("lam_spec", "2", "Laminar transition by Reynolds number");
+            put(
+                "Re_cr",
+                &format!("{CRITICAL_REYNOLDS:?}"),
+                "Critical Reynolds number",
+            );
+        }
+    }
+    let _ = writeln!(
+        text,
+        "% The fluid is a block of its own (Custom Hydraulic Fluid): density {:?} kg/m^3, kinematic viscosity {:?} cSt.",
+        of("density"),
+        of("viscosity")
+    );
+    text += match form.drop {
+        Drop::Rated => "",
+        Drop::Supply => {
+            "% P and T follow the measured supply and return pressure, A and B lie midway between them.\n"
+        }
+        Drop::Ports => "% P, T, A and B follow the measured pressures.\n",
+    };
+    if form.drop == Drop::Rated {
+        let rated = of("rated_drop");
+        let _ = writeln!(
+            text,
+            "% The flow was fitted at a rated drop of {rated:?} bar from P to T, half of it at each land."
+        );
+    }
+    text += match form.meter {
+        Meter::Load => {
+            "% The fitted flow is that of the load, the mean of what leaves A and what returns to B.\n\n"
+        }
+        Meter::Supply => "% The fitted flow is what the supply delivers.\n\n",
+    };
+    text
+}
+
+/// What the two blocks have no parameter for.
+fn missing(model: &Model) -> String {
+    let structure = &model.structure;
+    let mut list: Vec<String> = Vec::new();
+    // The parameters of the effects follow those of the base model, in order.
+    let base = structure
+        .effects
+        .iter()
+        .fold(structure.clone(), |rest, &effect| rest.without(effect));
+    let corrections = structure
+        .free_form
+        .as_ref()
+        .map_or(0, |form| form.knots.len());
+    let mut next = base.parameters().len() - corrections;
+    for effect in &structure.effects {
+        let entry = effect.entry;
+        let mut item = format!("{effect}: {}\n%   {}", entry.summary, entry.equation);
+        let count = base.with(*effect).parameters().len() - base.parameters().len();
+        for parameter in &model.parameters[next..next + count] {
+            let Parameter {
+                name, start, unit, ..
+            } = parameter;
+            let _ = write!(item, "\n%   {name} = {start:?} {unit}");
+        }
+        next += count;
+        list.push(item);
+    }
+    if let Some(form) = &structure.free_form {
+        let values: Vec<String> = (1..=form.knots.len())
+            .map(|i| format!("{:?}", value(model, &format!("correction_{i}"))))
+            .collect();
+        list.push(format!(
+            "a curve of unknown origin, added at the {} port: linear in the {} [{}] between its knots\n%   \
+             knots = {:?}\n%   values = [{}]",
+            form.port,
+            form.signal.name(),
+            form.signal_unit(&structure.command_unit),
+            form.knots,
+            values.join(", ")
+        ));
+    }
+    if let Some(Orifices::Six) = structure.valve.as_ref().map(|form| form.orifices) {
+        list.push(
+            "the centre path of six orifices, P-T1 and T1-T in series (use six orifice blocks)"
+                .into(),
+        );
+    }
+    if let Some(unit) = &structure.spool_unit {
+        list.push(format!(
+            "the spool's sensor: spool [{unit}] = {:?} times the spool in {}",
+            value(model, "spool_gain"),
+            structure.command_unit
+        ));
+    }
+    if structure.observes(Output::Position) && structure.integrates_position() {
+        let sign = if structure.reversed { "-" } else { "" };
+        list.push(format!(
+            "the piston: its speed is {sign}flow over piston_area = {:?} cm2 (use a cylinder block)",
+            value(model, "piston_area")
+        ));
+    }
+    match structure.initial {
+        Initial::Equilibrium => list.push(
+            "the start in equilibrium with the first command: the actuator starts at zero".into(),
+        ),
+        Initial::Free => list.push(format!(
+            "the start of the spool at {:?} {}: the actuator starts at zero",
+            value(model, "initial_spool"),
+            structure.command_unit
+        )),
+        Initial::Rest => {}
+    }
+    if structure.hold == Hold::Held {
+        list.push(
+            "commands that are held between samples (put a Zero-Order Hold before the actuator)"
+                .into(),
+        );
+    }
+    let mut text = String::from("%% What these blocks cannot represent\n");
+    for item in list {
+        let _ = writeln!(text, "% - {item}");
+    }
+    text
+}

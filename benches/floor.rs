@@ -206,9 +206,9 @@ fn counts(problem: &Problem) -> Counts {
     let plant = Plant::new(structure, &problem.complete(&free, Counted::constant));
     COUNTS.set(Counts::default());
     match (structure.states().len(), structure.is_base()) {
-        (2, true) => squares::<_, 2, false>(structure, &plant, &all[0], |_| (), |_| false),
-        (0..=5, _) => squares::<_, 5, true>(structure, &plant, &all[0], |_| (), |_| false),
-        _ => squares::<_, 20, true>(structure, &plant, &all[0], |_| (), |_| false),
+        (2, true) => squares::<_, 2, false>(structure, &plant, &all[0], None, |_| (), |_| false),
+        (0..=5, _) => squares::<_, 5, true>(structure, &plant, &all[0], None, |_| (), |_| false),
+        _ => squares::<_, 20, true>(structure, &plant, &all[0], None, |_| (), |_| false),
     }
     COUNTS.get().map(|count| count / ROWS as f64)
 }

@@ -158,7 +158,7 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
         state = remember(plant, state, arrived);
         let target_values = vec3<f32>(sample.spool, sample.flow, sample.position);
         let error = (target_values - observe(plant, state, input)) * OBSERVED;
-        chunk += sample.weight * error * error;
+        chunk += sample.weight * loss(plant, error);
         if ((k + 1u) % CHUNK == 0u || k + 1u == end) {
             sum += chunk;
             chunk = vec3<f32>(0.0);

@@ -51,6 +51,79 @@
 //! assert!((fit.values()[0] / gain - 1.0).abs() < 1e-6);
 //! # servobee::Result::Ok(())
 //! ```
+//!
+//! # An effect of your own
+//!
+//! Written once for all numbers, it runs on every evaluator, is differentiated for the polish, and a diagnosis that is given
+//! it looks for it as for those of the catalogue.
+//!
+//! ```
+//! use servobee::model::effects::{Act, Effect, Entry, Law, Port, register};
+//! use servobee::model::{Parameter, Real, Structure};
+//!
+//! /// An amplifier that bends: u + bend · u · |u|.
+//! struct Bend<R>(R);
+//!
+//! impl<R: Real> Act<R> for Bend<R> {
+//!     fn command(&self, _own: &mut [R], command: R) -> R {
+//!         command + self.0 * command * command.abs()
+//!     }
+//! }
+//!
+//! struct BendLaw;
+//!
+//! impl Law for BendLaw {
+//!     type Act<R: Real> = Bend<R>;
+//!     fn act<R: Real>(next: &mut dyn FnMut() -> R) -> Bend<R> {
+//!         Bend(next())
+//!     }
+//! }
+//!
+//! let entry = register::<BendLaw>(Entry {
+//!     name: "bend",
+//!     port: Port::Command,
+//!     summary: "The amplifier bends",
+//!     finding: "the amplifier bends by {bend}",
+//!     equation: "u + bend u |u|",
+//!     shows: "an error that grows with the square of the command",
+//!     confused: "gain_curvature, which the spool does not show",
+//!     source: "the amplifier's data sheet",
+//!     parameters: |scale, _| vec![Parameter::linear("bend", "1", -0.5 / scale.command, 0.0, 0.5 / scale.command)],
+//!     trials: |scale, _| vec![vec![0.05 / scale.command]],
+//!     imitated_by: &[],
+//!     states: &[],
+//!     neutral: &[],
+//!     applies: |_| true,
+//!     outputs: None,
+//! })?;
+//! let structure = Structure::actuator(10.0, "V").with(Effect { entry, output: None });
+//! assert!(structure.parameters().iter().any(|parameter| parameter.name == "bend"));
+//! # servobee::Result::Ok(())
+//! ```
+//!
+//! # A cost of your own
+//!
+//! ```
+//! use servobee::evaluate::problem::{Data, Problem};
+//! use servobee::evaluate::Loss;
+//! use servobee::model::{Real, Structure};
+//!
+//! /// Huber's loss: beyond twice the noise an error costs no more than its size.
+//! struct Huber;
+//!
+//! impl Loss for Huber {
+//!     fn of<R: Real>(error: R, size: R) -> R {
+//!         let limit = R::constant(2.0) * size;
+//!         let large = error.abs();
+//!         let linear = limit * (R::constant(2.0) * large - limit);
+//!         (large - limit).if_positive(linear, error * error)
+//!     }
+//! }
+//!
+//! let structure = Structure::actuator(10.0, "V");
+//! let parameters = structure.parameters();
+//! let problem = Problem::new(structure, parameters, Data::Series(Vec::new())).with_loss::<Huber>();
+//! ```
 
 pub mod card;
 pub mod diagnose;

@@ -242,3 +242,52 @@ fn what_is_wrong_is_named_with_its_line() {
         }
     }
 }
+
+#[test]
+fn a_fluid_sets_density_and_viscosity_unless_a_parameter_does() {
+    let valve = Structure {
+        observed: vec![Output::Spool, Output::Flow],
+        valve: Some(ValveForm::linear()),
+        ..Structure::actuator(10.0, "V")
+    };
+    let value = |text: &str, name: &str| {
+        let file = ModelFile::parse("model.toml", text).unwrap();
+        let parameters = file.parameters(valve.parameters()).unwrap();
+        parameters
+            .into_iter()
+            .find(|p| p.name == name)
+            .unwrap()
+            .start
+    };
+    let oil = "[fluid]\niso_vg = 32\ntemperature = 60\n";
+    assert!((value(oil, "viscosity") - 16.0).abs() < 0.2);
+    assert!((value(oil, "density") - 844.0).abs() < 5.0);
+    assert!((value("[fluid]\niso_vg = 46\n", "viscosity") - 46.0).abs() < 1e-9);
+    let own = format!("{oil}[[parameter]]\nname = \"density\"\nvalue = 900.0\n");
+    assert_eq!(value(&own, "density"), 900.0);
+
+    let refused = |text: &str, structure: &Structure| {
+        let file = match ModelFile::parse("model.toml", text) {
+            Ok(file) => file,
+            Err(error) => return error.to_string(),
+        };
+        file.parameters(structure.parameters())
+            .unwrap_err()
+            .to_string()
+    };
+    for (text, part) in [
+        ("[fluid]\niso_vg = 460\n", "no hydraulic oil"),
+        (
+            "[fluid]\niso_vg = 46\ntemperature = 313\n",
+            "no hydraulic oil",
+        ),
+        ("[fluid]\niso_vg = nan\n", "no hydraulic oil"),
+        ("[fluid]\nclass = 46\n", "class"),
+        ("[fluid]\ntemperature = 40\n", "iso_vg"),
+    ] {
+        let error = refused(text, &valve);
+        assert!(error.contains(part) && error.contains("line"), "{error}");
+    }
+    let error = refused("[fluid]\niso_vg = 46\n", &Structure::actuator(10.0, "V"));
+    assert!(error.contains("no valve"), "{error}");
+}

@@ -461,10 +461,10 @@ fn scalar_cost(problem: &Problem, candidate: &[f64]) -> f64 {
                     }
                 };
                 match structure.states().len() {
-                    0 => squares::<f64, 0, false>(structure, &plant, one, add, |_| false),
-                    1 => squares::<f64, 1, false>(structure, &plant, one, add, |_| false),
-                    2 => squares::<f64, 2, false>(structure, &plant, one, add, |_| false),
-                    _ => squares::<f64, 3, false>(structure, &plant, one, add, |_| false),
+                    0 => squares::<f64, 0, false>(structure, &plant, one, None, add, |_| false),
+                    1 => squares::<f64, 1, false>(structure, &plant, one, None, add, |_| false),
+                    2 => squares::<f64, 2, false>(structure, &plant, one, None, add, |_| false),
+                    _ => squares::<f64, 3, false>(structure, &plant, one, None, add, |_| false),
                 }
             }
             problem.cost_of_squares(sums)

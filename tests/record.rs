@@ -15,6 +15,11 @@ use tempfile::TempDir;
 const HEADER: &str = "time [s],command [V],spool [%]";
 const GOOD: &str = "time [s],command [V],spool [%]\n0,0,0.25\n0.001,1.5,-2\n0.003,1.5,3e-2\n";
 
+/// A file without its header.
+fn below(text: &str) -> &str {
+    text.split_once('\n').unwrap().1
+}
+
 fn mappings(texts: &[&str]) -> Vec<Mapping> {
     texts.iter().map(|text| text.parse().unwrap()).collect()
 }
@@ -106,6 +111,62 @@ fn every_dialect_gives_the_same_record() {
             "another order",
             "spool [%],time [s],command [V]\n0.25,0,0\n-2,0.001,1.5\n0.03,0.003,1.5\n".into(),
         ),
+        ("bars", GOOD.replace(',', "|")),
+        ("colons", GOOD.replace(',', ":")),
+        ("single blanks", GOOD.replace(',', " ")),
+        (
+            "aligned with blanks, decimal commas",
+            format!(
+                "  {}",
+                GOOD.replace(',', "   ")
+                    .replace('.', ",")
+                    .replace('\n', "\n  ")
+            ),
+        ),
+        (
+            "a delimiter behind the header alone",
+            GOOD.replacen('\n', ",\n", 1),
+        ),
+        (
+            "a delimiter behind each row, not the header",
+            GOOD.replacen('\n', "!", 1)
+                .replace('\n', ",\n")
+                .replace('!', "\n"),
+        ),
+        (
+            "lines above the header",
+            format!("Channel file v2\nOperator: Ada, Bob\n\nRate,1000\nStarted,12:30:05\n{GOOD}"),
+        ),
+        (
+            "a rule below the header",
+            GOOD.replacen('\n', "\n--------,-----------,---------\n", 1),
+        ),
+        (
+            "units in parentheses",
+            GOOD.replace('[', "(").replace(']', ")"),
+        ),
+        (
+            "units behind a slash",
+            GOOD.replace(" [", "/").replace(']', ""),
+        ),
+        (
+            "a row of units",
+            format!("time,command,spool\ns,V,%\n{}", below(GOOD)),
+        ),
+        (
+            "a row of units in brackets below other lines",
+            format!(
+                "Log;;\nrig;7;a\ntime;command;spool\n[s];[V];[%]\n{}",
+                below(GOOD).replace(',', ";")
+            ),
+        ),
+        (
+            "a row of units between blanks",
+            format!(
+                "time command spool\n(s) (V) (%)\n{}",
+                below(GOOD).replace(',', " ")
+            ),
+        ),
         (
             "other units",
             "time [ms],command [mV],spool [%]\n0,0,0.25\n1,1500,-2\n3,1500,0.03\n".into(),
@@ -119,6 +180,143 @@ fn every_dialect_gives_the_same_record() {
             "{dialect}: {record:?} from {text:?}"
         );
     }
+}
+
+#[test]
+fn common_encodings_are_read() {
+    let text = "time [µs],command [V],temperature [°C],note\n0,1,20,größer\n1,2,21,-\n";
+    let expected = Record::parse("a.csv", text, &[]).unwrap();
+    assert_eq!(expected.time(), [0.0, 1e-6]);
+    let utf16 = |order: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        format!("\u{feff}{text}")
+            .encode_utf16()
+            .flat_map(order)
+            .collect()
+    };
+    let latin: Vec<u8> = text.chars().map(|c| u8::try_from(c).unwrap()).collect();
+    for (encoding, bytes) in [
+        ("UTF-8", text.as_bytes().to_vec()),
+        ("UTF-16, low byte first", utf16(u16::to_le_bytes)),
+        ("UTF-16, high byte first", utf16(u16::to_be_bytes)),
+        ("Latin-1", latin),
+    ] {
+        let (_folder, path) = file("a.csv", bytes);
+        let mut record = Record::read(&path, &[]).unwrap();
+        record.path = expected.path.clone();
+        assert_eq!(record, expected, "{encoding}");
+    }
+    // UTF-16 without a byte-order mark, and with half a character.
+    let unmarked = &utf16(u16::to_le_bytes)[2..];
+    let halved = [&[0xff, 0xfe], &[0x00, 0xd8][..], b"a\0"].concat();
+    let plain: Vec<u8> = GOOD.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for (bytes, parts) in [
+        (unmarked.to_vec(), ["row 1", "UTF-8"]),
+        (plain, ["row 1", "UTF-8"]),
+        (halved, ["UTF-16", "UTF-8"]),
+    ] {
+        let (_folder, path) = file("a.csv", bytes);
+        assert_refused(Record::read(&path, &[]), &parts);
+    }
+}
+
+#[test]
+fn two_possible_readings_are_refused() {
+    let header = "time;command [V];spool [%]";
+    for (rows, parts) in [
+        // Decimals or thousands.
+        (
+            "1;2;1,234\n2;3;5,678\n",
+            &[
+                "row 2",
+                "\"spool [%]\"",
+                "\"1,234\" can be 1.234 and 1234",
+                "point",
+            ][..],
+        ),
+        (
+            "0;1,5;1,234,567\n",
+            &["row 2", "\"spool [%]\"", "\"1,234,567\" is not a number"],
+        ),
+        (
+            "0;1.5;1.234.567\n",
+            &["row 2", "\"spool [%]\"", "\"1.234.567\" is not a number"],
+        ),
+        (
+            "0;1.5;1,234.5\n",
+            &["row 2", "\"spool [%]\"", "\"1,234.5\" is not a number"],
+        ),
+    ] {
+        let text = format!("{header}\n{rows}");
+        assert_refused(Record::parse("a.csv", &text, &[]), parts);
+    }
+    // One cell that can only be a decimal tells for all.
+    let text = format!("{header}\n0,000;2;1,234\n1;3;5,678\n");
+    let record = Record::parse("a.csv", &text, &[]).unwrap();
+    assert_eq!(record.get(Channel::Spool).unwrap().values, [1.234, 5.678]);
+
+    // Two tables in a file.
+    assert_refused(
+        Record::parse("a.csv", &format!("gain,offset\n1,2\n3,4\n\n{GOOD}"), &[]),
+        &[
+            "a.csv, row 2",
+            "above the header in row 5",
+            "one table a file",
+        ],
+    );
+    // Semicolons with decimal commas, or commas with semicolons in a text.
+    let text = "time,x;note;y,command\n1,2;a;3,4\n2,3;b;4,5\n";
+    assert_refused(
+        Record::parse("a.csv", text, &[]),
+        &[
+            "a.csv, row 2",
+            "split in two ways",
+            "';'",
+            "','",
+            "\"2;a;3\"",
+            "nowhere else",
+        ],
+    );
+    assert_refused(
+        Record::parse(
+            "a.csv",
+            "time [s];command [V];spool [%]\ns;mV;%\n0;1;2\n",
+            &[],
+        ),
+        &[
+            "row 1",
+            "\"command [V]\"",
+            "\"V\"",
+            "\"mV\" in the row of units",
+            "one of the two",
+        ],
+    );
+}
+
+#[test]
+fn a_file_may_do_without_the_column_of_a_mapping_if_it_has_the_channel() {
+    let maps = mappings(&["u=command [V]", "y=spool [%]"]);
+    let own = Record::parse("a.csv", GOOD, &maps).unwrap();
+    assert_eq!(own.command().values, [0.0, 1.5, 1.5]);
+    assert_holds(
+        &own.remarks().join("; "),
+        &[
+            "a.csv: has no column \"u\"",
+            "command is taken from \"command [V]\"",
+            "\"y\"",
+        ],
+    );
+    // A mapping comes before a name.
+    let both = GOOD
+        .replace("spool [%]", "u,spool [%]")
+        .replace("5,", "5,7,")
+        .replace("0,0,", "0,0,7,");
+    let record = Record::parse("a.csv", &both, &maps[..1]).unwrap();
+    assert_eq!(record.command().values, [7.0; 3]);
+    assert_eq!(record.ignored, ["command [V]"]);
+    // An exact name comes before one of another case.
+    let cases = "T,t,command [V]\n20,0,1\n21,1,2\n";
+    let record = Record::parse("a.csv", cases, &mappings(&["t=time [s]"])).unwrap();
+    assert_eq!(record.time(), [0.0, 1.0]);
 }
 
 #[test]
@@ -389,10 +587,10 @@ fn unreadable_files_are_named() {
     );
     assert_refused(FlowCurve::read(&absent), &["absent.csv", "check the path"]);
 
-    let (_folder, path) = file("latin.csv", b"time [s]\n0\n\xb0C\n");
+    let (_folder, path) = file("dos.csv", b"time [s]\n0\nm\x84\xe1ig\n");
     assert_refused(
         Record::read(path, &[]),
-        &["latin.csv, row 3", "UTF-8", "save the file"],
+        &["dos.csv, row 3", "UTF-8", "save the file"],
     );
     let (_folder, path) = file(
         "endless.csv",
@@ -734,6 +932,59 @@ proptest! {
         prop_assert_eq!(&read.name, &record.name);
         prop_assert_eq!(read.time(), record.time());
         prop_assert!(read.channels().eq(record.channels()));
+    }
+
+    /// In whatever dialect a record is written, it is read as it was, or refused as ambiguous.
+    #[test]
+    fn no_dialect_changes_a_record(
+        record in record(),
+        delimiter in prop::sample::select(vec![",", ";", "\t", "|", ":", " ", " ; "]),
+        [comma, unit_row, lines_above, behind, small] in any::<[bool; 5]>(),
+    ) {
+        let shown = |value: f64| {
+            let text = if small { format!("{:.3}", value % 1e4) } else { value.to_string() };
+            if comma && delimiter != "," { text.replace('.', ",") } else { text }
+        };
+        let labels: Vec<(&str, &str)> = std::iter::once(("time", "s"))
+            .chain(record.channels().map(|(channel, series)| (channel.name(), series.unit.as_str())))
+            .collect();
+        let end = if behind && delimiter != " " { format!("{}\n", delimiter.trim_end_matches(' ')) } else { "\n".into() };
+        let line = |cells: Vec<String>| cells.join(delimiter) + &end;
+        let mut text = String::new();
+        if lines_above {
+            text += "Channel file v2\nOperator: Ada; Bob, and C\n\nRate 1000\n";
+        }
+        if unit_row {
+            text += &line(labels.iter().map(|(name, _)| name.to_string()).collect());
+            text += &line(labels.iter().map(|(_, unit)| format!("[{unit}]")).collect());
+        } else {
+            text += &line(labels.iter().map(|(name, unit)| format!("{name} [{unit}]")).collect());
+        }
+        let even: Vec<f64> = (0..record.samples()).map(|row| 1.0 + 0.25 * row as f64).collect();
+        let time = if small { &even } else { record.time() };
+        let columns: Vec<&[f64]> = std::iter::once(time)
+            .chain(record.channels().map(|(_, series)| &series.values[..]))
+            .collect();
+        for row in 0..record.samples() {
+            text += &line(columns.iter().map(|column| shown(column[row])).collect());
+        }
+        let expected: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|column| column.iter().map(|&value| shown(value).replace(',', ".").parse().unwrap()).collect())
+            .collect();
+        match Record::parse("a.csv", &text, &[]) {
+            Ok(read) => {
+                prop_assert_eq!(read.time(), &expected[0][..]);
+                for ((_, series), expected) in read.channels().zip(&expected[1..]) {
+                    prop_assert_eq!(&series.values, expected);
+                }
+                prop_assert_eq!(read.channels().count() + 1, expected.len());
+            }
+            Err(error) => {
+                let message = error.to_string();
+                prop_assert!(message.contains(" can be "), "{} in {:?}", message, text);
+            }
+        }
     }
 
     #[test]

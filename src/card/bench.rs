@@ -31,6 +31,9 @@ impl Bench {
         if bench.valve.is_some() {
             bench.observed.push(Output::Flow);
         }
+        if let Some(valve) = &mut bench.valve {
+            valve.meter = Meter::Load;
+        }
         let observed = bench.observed.clone();
         bench.effects.retain(|effect| {
             let there = effect

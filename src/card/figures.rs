@@ -41,7 +41,12 @@ impl Tests {
 
     /// The value of every figure of [`FIGURES`].
     pub(super) fn values(&self) -> Vec<Option<f64>> {
-        let value = |figure: &Definition| (figure.value)(self).filter(|value| value.is_finite());
+        let value = |figure: &Definition| {
+            let value = (figure.value)(self).filter(|value| value.is_finite())?;
+            // What is left by arithmetic is not a figure.
+            let nothing = figure.unit == "%" && value.abs() < 1e-4;
+            Some(if nothing { 0.0 } else { value })
+        };
         FIGURES.iter().map(value).collect()
     }
 
@@ -273,7 +278,11 @@ impl Conditions {
     pub(super) fn note(&self, figure: &Definition) -> String {
         match (figure.needs, self.drop) {
             (Needs::Valve | Needs::Leak, Some(drop)) => {
-                format!("{}; {drop:.4} bar from P to T", figure.note)
+                format!(
+                    "{}; {} bar from P to T",
+                    figure.note,
+                    (100.0 * drop).round() / 100.0
+                )
             }
             _ => figure.note.into(),
         }

@@ -67,25 +67,30 @@ impl Card {
         let conditions = Conditions::of(problem, &own);
         let tests = Tests::of(&own);
         let values = tests.values();
-        let sides: Vec<[Vec<Option<f64>>; 2]> = match &fit.polished {
+        let axes: Vec<Axis> = match &fit.polished {
             None => Vec::new(),
             Some((polished, uncertainty)) => spread(&fit.free, polished, uncertainty)
                 .into_par_iter()
-                .map(|pair| pair.map(|free| Tests::of(&bench(&free)).values()))
+                .map(|axis| Axis {
+                    ends: axis.ends.map(|free| Tests::of(&bench(&free)).values()),
+                    determined: axis.determined,
+                })
                 .collect(),
         };
         let figure = |(i, figure): (usize, &Definition)| {
             let lack = conditions.lack(figure);
             let value = values[i].filter(|_| lack.is_none());
-            let ends = sides.iter().map(|pair| pair.each_ref().map(|side| side[i]));
-            let [low, high] = match (value, &fit.polished) {
-                (Some(value), Some(_)) => interval(value, ends),
-                _ => [None; 2],
+            let interval = match (value, &fit.polished) {
+                (Some(value), Some(_)) => interval(value, i, &axes),
+                _ => None,
             };
-            let note = match (lack, value) {
-                (Some(lack), _) => lack.into(),
-                (None, None) => "not reached".into(),
-                (None, Some(_)) => conditions.note(figure),
+            let note = match (lack, value, interval) {
+                (Some(lack), ..) => lack.into(),
+                (None, None, _) => "not reached".into(),
+                (None, Some(_), None) if fit.polished.is_some() => {
+                    "this data does not determine it".into()
+                }
+                (None, Some(_), _) => conditions.note(figure),
             };
             Figure {
                 name: figure.name.into(),
@@ -94,8 +99,8 @@ impl Card {
                     .unit
                     .replace("command", &problem.structure.command_unit),
                 value,
-                low,
-                high,
+                low: interval.map(|ends| ends[0]),
+                high: interval.map(|ends| ends[1]),
                 note,
             }
         };
@@ -108,15 +113,27 @@ impl Card {
     }
 }
 
-/// The 95 % interval of a figure that is `value`, from what it is at the `ends` of each direction of parameter space.
-fn interval(value: f64, ends: impl Iterator<Item = [Option<f64>; 2]>) -> [Option<f64>; 2] {
+/// A direction of parameter space, with the figures at both ends; `None` where the valve does not have the figure.
+struct Axis {
+    ends: [Vec<Option<f64>>; 2],
+    determined: bool,
+}
+
+/// A figure has no interval if a direction that the data do not determine changes it by more than this share.
+const UNDETERMINED: f64 = 0.1;
+
+/// The 95 % interval of figure number `i`, which is `value`.
+fn interval(value: f64, i: usize, axes: &[Axis]) -> Option<[f64; 2]> {
     let (mut below, mut above) = (0.0, 0.0);
-    for end in ends {
-        let [Some(a), Some(b)] = end else {
-            return [None; 2];
-        };
-        below += (value - a.min(b)).max(0.0).powi(2);
-        above += (a.max(b) - value).max(0.0).powi(2);
+    for axis in axes {
+        let [a, b] = axis.ends.each_ref().map(|end| end[i]);
+        let (a, b) = (a?, b?);
+        let (low, high) = ((value - a.min(b)).max(0.0), (a.max(b) - value).max(0.0));
+        if !axis.determined && low.max(high) > UNDETERMINED * value.abs() {
+            return None;
+        }
+        below += low.powi(2);
+        above += high.powi(2);
     }
-    [value - f64::sqrt(below), value + f64::sqrt(above)].map(Some)
+    Some([value - f64::sqrt(below), value + f64::sqrt(above)])
 }

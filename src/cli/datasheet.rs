@@ -1,8 +1,10 @@
 //! `servobee datasheet`.
 
+use super::card;
 use super::options::{Options, progress};
 use super::table::{number, table};
 use clap::ValueEnum;
+use servobee::card::Card;
 use servobee::diagnose::Sides;
 use servobee::diagnose::Verdict;
 use servobee::evaluate::Score;
@@ -152,6 +154,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         fitted.push((sheet, results));
     }
     let report = report.expect("at least one sheet");
+    println!();
+    card::print(&report.card);
     files.insert(0, ("report.html".into(), datasheet_page(&fitted, &report)));
     files.insert(0, ("report.json".into(), report.to_json()));
     save(output, files)
@@ -423,6 +427,7 @@ fn document(
         noise_method: BTreeMap::new(),
         parameters: ParameterReport::of(problem, fit),
         not_identifiable: not_identifiable(fit),
+        card: Card::of(problem, fit).figures,
         remaining: RemainingReport::default(),
         integration_error: BTreeMap::from([(name, integration_error(sheet, fit))]),
         evaluator: chosen.evaluator.describe(),

@@ -1,5 +1,6 @@
 //! `servobee identify`.
 
+use super::card;
 use super::options::{Options, spinner};
 use super::table::{number, table};
 use servobee::card::Card;
@@ -117,11 +118,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         &options,
         &mut |stage| bar.set_message(stage.to_owned()),
     );
+    bar.set_message("valve card");
+    let result = result.map(|identified| {
+        let after = &identified.after;
+        let card = Card::of(&after.problem, &after.fit);
+        (identified, card)
+    });
     bar.finish_and_clear();
-    let identified = result?;
+    let (identified, card) = result?;
     let seconds = started.elapsed().as_secs_f64();
     let document = Document::of(
         &identified,
+        &card,
         &chosen,
         arguments.options.seed,
         seconds,
@@ -129,7 +137,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     );
     print(&identified, &document);
     if let Some(output) = output {
-        let card = Card::of(&identified.after.problem, &identified.after.fit);
         let files = [
             ("report.json", document.to_json()),
             ("report.html", page(&identified, &document, &card)),
@@ -195,6 +202,7 @@ fn print(identified: &Identified, document: &Document) {
     print_effects(identified, document);
     print_errors(identified);
     print_parameters(document);
+    card::print(&document.card);
     print_rest(identified, document);
     for warning in &document.warnings {
         eprintln!("servobee: warning: {warning}");

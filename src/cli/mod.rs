@@ -1,10 +1,13 @@
 //! Parses the call, hands it to a command, and lets `main` print what went wrong.
 
 mod bench;
+mod card;
+mod completions;
 mod datasheet;
 mod devices;
 mod effects;
 mod identify;
+mod inspect;
 mod options;
 mod plot;
 mod scorecard;
@@ -13,7 +16,7 @@ mod synthesize;
 mod table;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use servobee::{Error, Result};
 
 const HELP_WITHOUT_COMMAND: ErrorKind = ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
@@ -29,6 +32,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Identify(identify::Arguments),
+    Inspect(inspect::Arguments),
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
     Synthesize(synthesize::Arguments),
@@ -36,6 +40,7 @@ enum Command {
     Effects(effects::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
+    Completions(completions::Arguments),
 }
 
 /// Runs the command that the process was called with.
@@ -48,6 +53,7 @@ pub(crate) fn run() -> Result<()> {
     };
     match cli.command {
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),
@@ -55,6 +61,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Effects(arguments) => effects::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
     }
 }
 

@@ -169,6 +169,7 @@ impl Evidence {
             parameters,
             data: self.fit.clone(),
             scale: self.scale,
+            loss: None,
         }
     }
 

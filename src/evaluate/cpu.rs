@@ -4,7 +4,7 @@ use super::problem::{Data, Problem, Wave};
 use super::simulate::{response, squares, with_states};
 use super::{Cost, Evaluator, Job, Population};
 use crate::Result;
-use crate::model::real::{Element, Lanes};
+use crate::model::real::{Element, IN_FLIGHT, Lanes};
 use crate::model::{Plant, Real};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -51,9 +51,6 @@ impl Evaluator for CpuEvaluator {
         })
     }
 }
-
-/// Vectors in flight: enough to hide the latency of one operation behind the others.
-const IN_FLIGHT: usize = 2;
 
 /// The name of the widest vector instructions that this CPU has.
 fn instructions() -> &'static str {
@@ -162,6 +159,7 @@ fn run<E: Element, S: Simd, const N: usize, const EFFECTS: bool>(batch: &Batch<E
     match &*problem.data {
         Data::Series(all) => {
             let mut sums = vec![[0.0; 3]; count];
+            let loss = problem.own_loss();
             for series in all {
                 let add = |slice: [Lanes<E, S, IN_FLIGHT>; 3]| {
                     for (output, part) in slice.iter().enumerate() {
@@ -170,7 +168,7 @@ fn run<E: Element, S: Simd, const N: usize, const EFFECTS: bool>(batch: &Batch<E
                         }
                     }
                 };
-                squares::<_, N, EFFECTS>(&problem.structure, &plant, series, add, &mut watch);
+                squares::<_, N, EFFECTS>(&problem.structure, &plant, series, loss, add, &mut watch);
             }
             for (cost, sums) in costs.iter_mut().zip(sums) {
                 *cost = problem.cost_of_squares(sums);

@@ -1,9 +1,10 @@
 //! What a population is evaluated on: a structure, its parameters, and the data it is compared with.
 
 use super::arrival::JITTER;
+use super::loss::{Loss, OwnLoss};
 use crate::model::integrate::substeps;
 use crate::model::leap::STEPS_OF_A_LEAP;
-use crate::model::{Hold, Output, Parameter, Structure};
+use crate::model::{Hold, Output, Parameter, Real, Structure};
 use std::sync::Arc;
 
 /// One row of a record, ready for integration.
@@ -155,6 +156,8 @@ pub struct Problem {
     pub data: Arc<Data>,
     /// What one unit of squared error in each output counts for, in the order of [`Output::ALL`].
     pub scale: [f64; 3],
+    /// What an error of a record's row costs, where that is not its square.
+    pub loss: Option<OwnLoss>,
 }
 
 impl Problem {
@@ -165,7 +168,27 @@ impl Problem {
             parameters,
             data: Arc::new(data),
             scale: [1.0; 3],
+            loss: None,
         }
+    }
+
+    /// The same problem with another cost of the errors of a record's rows than their squares, on every evaluator. The
+    /// polish follows it, too: its residuals are the roots of the costs. Tones keep their squares.
+    pub fn with_loss<L: Loss>(self) -> Self {
+        Self {
+            loss: Some(OwnLoss::new::<L>()),
+            ..self
+        }
+    }
+
+    /// What an error costs where that is not its square, and the size of each output's noise.
+    #[inline(always)]
+    pub(super) fn own_loss<R: Real>(&self) -> Option<(fn(R, R) -> R, [f64; 3])> {
+        let loss = self.loss?;
+        Some((
+            loss.function(),
+            self.scale.map(|scale| scale.sqrt().recip()),
+        ))
     }
 
     /// The free parameters.

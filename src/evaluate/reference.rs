@@ -3,7 +3,7 @@
 use super::STATE_LIMIT;
 use super::problem::{Data, Problem, Series, Tone, Wave};
 use super::simulate::{outputs, response, series, squares, with_states};
-use crate::model::real::Dual;
+use crate::model::real::{Dual, PASS};
 use crate::model::{Plant, Real, Structure};
 
 /// The outputs of every row of every record, in the order of [`crate::model::Output::ALL`], for values of all parameters.
@@ -51,7 +51,14 @@ pub fn cost(problem: &Problem, free: &[f64]) -> Option<f64> {
             for record in records {
                 with_states!(
                     &problem.structure,
-                    squares::<f64>(&problem.structure, &plant, record, &mut add, &mut watch)
+                    squares::<f64>(
+                        &problem.structure,
+                        &plant,
+                        record,
+                        problem.own_loss(),
+                        &mut add,
+                        &mut watch
+                    )
                 );
             }
             problem.cost_of_squares(sums)
@@ -67,9 +74,6 @@ pub fn cost(problem: &Problem, free: &[f64]) -> Option<f64> {
     };
     (!diverged && total.is_finite()).then_some(total)
 }
-
-/// Sensitivities that one pass carries.
-const PASS: usize = 8;
 
 /// Hands every weighted residual, measured minus simulated, and its gradient with respect to the free parameters to
 /// `row`; the squares of the residuals add up to [`cost`]. False where the candidate diverges.
@@ -127,14 +131,21 @@ fn pass(
     match &*problem.data {
         Data::Series(records) => {
             let observed = problem.observed();
+            let loss = problem.own_loss();
             for record in records {
                 let mut hand_over = |k: usize, state: &[Number], outputs: [Number; 3]| {
                     let sample = &record.samples[k];
                     for i in 0..3 {
                         let factor = (sample.weight * problem.scale[i]).sqrt();
                         if observed[i] && factor > 0.0 {
-                            let error = (Number::constant(sample.target[i]) - outputs[i])
-                                * Number::constant(factor);
+                            let mut error = Number::constant(sample.target[i]) - outputs[i];
+                            if let Some((loss, sizes)) = loss
+                                && error.value != 0.0
+                            {
+                                let cost = loss(error, Number::constant(sizes[i]));
+                                error = error.if_positive(cost.sqrt(), -cost.sqrt());
+                            }
+                            let error = error * Number::constant(factor);
                             row(error.value, &error.gradient);
                         }
                     }

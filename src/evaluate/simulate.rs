@@ -196,13 +196,15 @@ pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f
     with_states!(structure, run::<f64>(structure, values, record))
 }
 
-/// Sums weighted squared errors of each output over a record: `slice_done` gets the sums of every slice of [`SLICE`]
+/// Sums weighted squared errors of each output over a record, or what `loss` makes of an error and of the size of the
+/// output's noise: `slice_done` gets the sums of every slice of [`SLICE`]
 /// rows. After every chunk `diverged` looks at the state, and ends the simulation by returning true.
 #[inline(always)]
 pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
     structure: &Structure,
     plant: &Plant<R>,
     record: &Series,
+    loss: Option<(fn(R, R) -> R, [f64; 3])>,
     mut slice_done: impl FnMut([R; 3]),
     mut diverged: impl FnMut(&[R]) -> bool,
 ) {
@@ -220,7 +222,11 @@ pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
             let weight = R::constant(sample.weight);
             for i in (0..3).filter(|&i| observed[i]) {
                 let error = R::constant(sample.target[i]) - outputs[i];
-                chunk[i] = chunk[i] + weight * error * error;
+                let cost = match loss {
+                    None => weight * (error * error),
+                    Some((loss, sizes)) => weight * loss(error, R::constant(sizes[i])),
+                };
+                chunk[i] = chunk[i] + cost;
             }
             if (k + 1) % CHUNK == 0 || k == last {
                 for i in 0..3 {

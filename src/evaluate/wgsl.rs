@@ -54,7 +54,7 @@ fn settings(problem: &Problem) -> String {
 }
 
 /// The physics of `problem`'s structure as WGSL: the structs `Plant` and `State`, and the functions `prepare`,
-/// `initial`, `command`, `remember`, `delay`, `observe`, `advance`, `load`, `store` and `diverged` that the loops call.
+/// `initial`, `command`, `remember`, `delay`, `observe`, `loss`, `advance`, `load`, `store` and `diverged` that the loops call.
 pub fn physics(problem: &Problem) -> String {
     #[allow(
         clippy::extra_unused_type_parameters,
@@ -113,6 +113,12 @@ fn physics_with<const N: usize, const EFFECTS: bool>(problem: &Problem) -> Strin
         step,
     );
 
+    let errors = ["x", "y", "z"].map(|i| trace.read(format!("error.{i}")));
+    let loss = match problem.own_loss::<Wgsl>() {
+        None => errors.map(|error| error * error),
+        Some((loss, sizes)) => [0, 1, 2].map(|i| loss(errors[i], Wgsl::constant(sizes[i]))),
+    };
+
     let padded = |values: [Wgsl; N]| {
         let mut values = values[..names.len()].to_vec();
         if names.is_empty() {
@@ -142,6 +148,11 @@ fn physics_with<const N: usize, const EFFECTS: bool>(problem: &Problem) -> Strin
             "observe(plant: Plant, state: State, input: Input) -> vec3<f32>",
             "vec3<f32>",
             observed.to_vec(),
+        ),
+        (
+            "loss(plant: Plant, error: vec3<f32>) -> vec3<f32>",
+            "vec3<f32>",
+            loss.to_vec(),
         ),
         (
             "advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State",

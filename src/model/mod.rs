@@ -2,6 +2,7 @@
 
 pub mod actuator;
 pub mod effects;
+mod fluid;
 mod free_form;
 pub mod integrate;
 pub mod leap;
@@ -11,6 +12,7 @@ pub mod real;
 mod structure;
 pub mod valve;
 
+pub use fluid::Fluid;
 pub use free_form::{FreeForm, Signal};
 pub use parameter::{Parameter, Scale};
 pub use real::{Real, Valued};

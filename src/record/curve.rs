@@ -1,8 +1,9 @@
 //! The curves of a datasheet.
 
-use super::table::{self, Column, Table};
+use super::column::Measured;
+use super::table::{self, Table};
 use super::unit::Quantity;
-use super::{Channel, Record, Series, usual_full_scale};
+use super::{Channel, Record, Series, csv, file, usual_full_scale};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -22,13 +23,13 @@ pub struct FlowCurve {
 }
 
 impl FlowCurve {
-    /// Reads a CSV file with the columns `opening [%],flow [L/min]` and perhaps `weight`.
+    /// Reads a CSV or MAT file with the columns `opening [%],flow [L/min]` and perhaps `weight`.
     ///
     /// # Errors
     /// A file that cannot be read as such a table; openings that do not rise strictly; weights that are negative or
     /// all zero.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        read(path.as_ref(), Self::parse)
+        Self::of(&read(path.as_ref())?)
     }
 
     /// [`FlowCurve::read`] from the text of the file called `path`.
@@ -36,16 +37,19 @@ impl FlowCurve {
     /// # Errors
     /// As [`FlowCurve::read`], but for those of reading the file.
     pub fn parse(path: &str, text: &str) -> Result<Self> {
-        let table = Table::parse(path, text)?;
+        Self::of(&csv::parse(path, text)?)
+    }
+
+    fn of(table: &Table) -> Result<Self> {
         let opening = table.needed_column("opening", Quantity::Share)?;
         let flow = table.needed_column("flow", Quantity::Flow)?;
         table.check_rising(&opening)?;
         Ok(Self {
-            name: table::stem(path),
-            weight: weights(&table, opening.values.len())?,
+            name: table::stem(&table.path),
+            weight: weights(table, opening.values.len())?,
             opening: opening.values,
             flow: flow.values,
-            warnings: unknown(&table, &["opening", "flow", "weight"]),
+            warnings: unknown(table, &["opening", "flow", "weight"]),
         })
     }
 }
@@ -64,12 +68,12 @@ pub struct AreaCurve {
 }
 
 impl AreaCurve {
-    /// Reads a CSV file with the columns `opening [%],area [cm2]`.
+    /// Reads a CSV or MAT file with the columns `opening [%],area [cm2]`.
     ///
     /// # Errors
     /// A file that cannot be read as such a table; openings that do not rise strictly; a negative area.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        read(path.as_ref(), Self::parse)
+        Self::of(&read(path.as_ref())?)
     }
 
     /// [`AreaCurve::read`] from the text of the file called `path`.
@@ -77,7 +81,10 @@ impl AreaCurve {
     /// # Errors
     /// As [`AreaCurve::read`], but for those of reading the file.
     pub fn parse(path: &str, text: &str) -> Result<Self> {
-        let table = Table::parse(path, text)?;
+        Self::of(&csv::parse(path, text)?)
+    }
+
+    fn of(table: &Table) -> Result<Self> {
         let opening = table.needed_column("opening", Quantity::Share)?;
         let area = table.needed_column("area", Quantity::Area)?;
         table.check_rising(&opening)?;
@@ -88,10 +95,10 @@ impl AreaCurve {
             "give 0 where it is closed",
         )?;
         Ok(Self {
-            name: table::stem(path),
+            name: table::stem(&table.path),
             opening: opening.values,
             area: area.values,
-            warnings: unknown(&table, &["opening", "area"]),
+            warnings: unknown(table, &["opening", "area"]),
         })
     }
 }
@@ -123,14 +130,14 @@ pub struct ResponseCurve {
 }
 
 impl ResponseCurve {
-    /// Reads a CSV file with the columns `frequency [Hz],amplitude [%],phase [deg]` and perhaps `gain [dB]`, where
+    /// Reads a CSV or MAT file with the columns `frequency [Hz],amplitude [%],phase [deg]` and perhaps `gain [dB]`, where
     /// cells may be empty, and `weight`.
     ///
     /// # Errors
     /// A file that cannot be read as such a table; a frequency that is not positive; an amplitude outside 0 to 100 %;
     /// weights that are negative or all zero.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        read(path.as_ref(), Self::parse)
+        Self::of(&read(path.as_ref())?)
     }
 
     /// [`ResponseCurve::read`] from the text of the file called `path`.
@@ -138,7 +145,10 @@ impl ResponseCurve {
     /// # Errors
     /// As [`ResponseCurve::read`], but for those of reading the file.
     pub fn parse(path: &str, text: &str) -> Result<Self> {
-        let table = Table::parse(path, text)?;
+        Self::of(&csv::parse(path, text)?)
+    }
+
+    fn of(table: &Table) -> Result<Self> {
         let frequency = table.needed_column("frequency", Quantity::Frequency)?;
         let amplitude = table.needed_column("amplitude", Quantity::Share)?;
         let phase = table.needed_column("phase", Quantity::Phase)?;
@@ -159,10 +169,10 @@ impl ResponseCurve {
             Some(index) => table.sparse_values(index, table.unit(index, Quantity::Gain)?)?,
             None => vec![None; rows],
         };
-        let weight = weights(&table, rows)?;
+        let weight = weights(table, rows)?;
 
         let mut warnings = unknown(
-            &table,
+            table,
             &["frequency", "amplitude", "phase", "gain", "weight"],
         );
         if phase.values.iter().all(|&phase| phase > 0.0) {
@@ -176,7 +186,7 @@ impl ResponseCurve {
             weight: weight[row],
         });
         Ok(Self {
-            name: table::stem(path),
+            name: table::stem(&table.path),
             points: points.collect(),
             warnings,
         })
@@ -199,12 +209,12 @@ pub struct StepCurve {
 }
 
 impl StepCurve {
-    /// Reads a CSV file with the columns `time [s],spool [V]` and perhaps `command [V]`.
+    /// Reads a CSV or MAT file with the columns `time [s],spool [V]` and perhaps `command [V]`.
     ///
     /// # Errors
     /// A file that cannot be read as such a table; times that do not rise strictly.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        read(path.as_ref(), Self::parse)
+        Self::of(&read(path.as_ref())?)
     }
 
     /// [`StepCurve::read`] from the text of the file called `path`.
@@ -212,18 +222,21 @@ impl StepCurve {
     /// # Errors
     /// As [`StepCurve::read`], but for those of reading the file.
     pub fn parse(path: &str, text: &str) -> Result<Self> {
-        let table = Table::parse(path, text)?;
+        Self::of(&csv::parse(path, text)?)
+    }
+
+    fn of(table: &Table) -> Result<Self> {
         let time = table.needed_column("time", Quantity::Time)?;
         let spool = table.needed_column("spool", Quantity::Signal)?;
         let command = table.column("command", Quantity::Signal)?;
         table.check_rising(&time)?;
-        let series = |column: Column| Series::new(column.unit, column.values);
+        let series = |column: Measured| Series::new(column.unit, column.values);
         Ok(Self {
-            name: table::stem(path),
+            name: table::stem(&table.path),
             time: time.values,
             spool: series(spool),
             command: command.map(series),
-            warnings: unknown(&table, &["time", "spool", "command"]),
+            warnings: unknown(table, &["time", "spool", "command"]),
         })
     }
 
@@ -266,9 +279,11 @@ impl StepCurve {
     }
 }
 
-fn read<T>(path: &Path, parse: impl Fn(&str, &str) -> Result<T>) -> Result<T> {
-    let text = table::read_text(path)?;
-    parse(&path.display().to_string(), &text)
+/// The table in a file, whose columns are of one length.
+fn read(path: &Path) -> Result<Table> {
+    let table = file::read(path)?;
+    table.check_lengths(0..table.columns.len())?;
+    Ok(table)
 }
 
 /// The column `weight`, or ones.
@@ -289,8 +304,9 @@ fn weights(table: &Table, rows: usize) -> Result<Vec<f64>> {
 fn unknown(table: &Table, known: &[&str]) -> Vec<String> {
     let unknown = |name: &str| !name.is_empty() && !known.contains(&name);
     table
-        .labels
+        .columns
         .iter()
+        .map(|column| &column.label)
         .filter(|label| unknown(&label.name))
         .map(|label| format!("column {:?} is not known and was ignored", label.text))
         .collect()

@@ -1,9 +1,11 @@
 //! Renaming the columns of somebody else's file.
 
 use super::channel::Channel;
-use super::table::Label;
+use super::label::Label;
+use super::table::Table;
 use super::unit::{Quantity, Unit};
 use crate::{Error, Result};
+use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
@@ -81,6 +83,71 @@ impl FromStr for Mapping {
             column: column.into(),
             target,
             unit: target.quantity().unit(label.unit.as_deref(), &place)?,
+        })
+    }
+}
+
+/// Which columns of a table a record takes, and which it leaves.
+pub(super) struct Sources {
+    /// Index and unit of the column behind each target.
+    pub(super) taken: BTreeMap<Target, (usize, &'static Unit)>,
+    /// The names of columns that are no channel.
+    pub(super) ignored: Vec<String>,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Sources {
+    /// What `mappings` name, and for other targets the columns that have their name.
+    ///
+    /// # Errors
+    /// Two columns for a target; an unknown unit; no column for a mapping, and none that has its target's name.
+    pub(super) fn of(table: &Table, mappings: &[Mapping]) -> Result<Self> {
+        let mut taken = BTreeMap::<Target, (usize, &'static Unit)>::new();
+        let mut take = |target: Target, index, unit| match taken.insert(target, (index, unit)) {
+            Some((other, _)) if other != index => {
+                Err(table.twice(&target.to_string(), other, index))
+            }
+            _ => Ok(()),
+        };
+        let mut mapped = Vec::new();
+        let mut absent = Vec::new();
+        for mapping in mappings {
+            match table.called(&mapping.column)? {
+                Some(index) => {
+                    take(mapping.target, index, mapping.unit)?;
+                    mapped.push((index, mapping.target));
+                }
+                None => absent.push(mapping),
+            }
+        }
+        let mut ignored = Vec::new();
+        for (index, column) in table.columns.iter().enumerate() {
+            let label = &column.label;
+            if mapped.iter().any(|&(taken, _)| taken == index) {
+                continue;
+            }
+            let target = Target::named(&label.name);
+            match target.filter(|target| mapped.iter().all(|(_, other)| other != target)) {
+                Some(target) => take(target, index, table.unit(index, target.quantity())?)?,
+                None if label.text.is_empty() => {}
+                None => ignored.push(label.text.clone()),
+            }
+        }
+        let mut warnings = Vec::new();
+        for Mapping { column, target, .. } in absent {
+            let Some(&(index, _)) = taken.get(target) else {
+                let remedy = "let --map name one of these";
+                return Err(table.missing(&format!("{column:?}"), remedy));
+            };
+            let instead = &table.columns[index].label.text;
+            warnings.push(format!(
+                "has no column {column:?}, as --map says; {target} is taken from {instead:?}"
+            ));
+        }
+        Ok(Self {
+            taken,
+            ignored,
+            warnings,
         })
     }
 }

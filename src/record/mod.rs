@@ -1,22 +1,31 @@
-//! Measurements: records in time and datasheet curves, with channels, units and checks.
+//! Measurements: records in time and datasheet curves, with channels, units and checks, from CSV and MAT files.
 
 pub mod cases;
 mod channel;
+mod column;
+mod csv;
 mod curve;
+mod file;
+mod format;
+pub mod inspect;
+mod label;
 mod mapping;
+mod mat;
 mod table;
 mod unit;
 
 pub use channel::Channel;
 pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
+pub use format::{Dialect, Format};
 pub use mapping::Mapping;
 pub use unit::{Quantity, Unit};
 
 use crate::{Error, Result};
-use mapping::Target;
+use column::Measured;
+use mapping::{Sources, Target};
 use std::collections::BTreeMap;
 use std::path::Path;
-use table::{Column, Table};
+use table::Table;
 
 /// The share of each record that is held out where no other record is.
 pub const HOLD_OUT: f64 = 0.30;
@@ -115,67 +124,53 @@ impl Record {
         Ok(Self::assembled(name, time, kept, Vec::new()))
     }
 
-    /// Reads a CSV file whose header names channel and unit, `time [s],command [V],spool [%]`, in any order.
+    /// Reads a file whose columns name channel and unit, `time [s]`, `command [V]`, `spool [%]`, in any order: CSV, or a
+    /// MAT file of level 5.
     ///
-    /// Cells may be separated by commas, semicolons (then with decimal commas, too) or tabs; lines that start with `#`
-    /// and blank lines are skipped. `mappings` rename columns of this file. Columns that are no channel are listed in
-    /// [`Record::ignored`]. A constant command or no response is accepted here; see [`Record::check_excited`]
-    /// and [`Record::check_response`].
+    /// CSV: cells may be separated by commas, semicolons, tabs, blanks, bars or colons, decimals have points or commas, the
+    /// header may stand below other lines and the units in a row of their own below it; lines that start with `#` and
+    /// blank lines are skipped. MAT: vectors, columns of matrices, and structs such as those of Simulink and of
+    /// `timeseries`. Two possible readings are refused, not guessed.
+    ///
+    /// `mappings` say what columns of this file are; such a column takes the place of one that has the channel's name. A
+    /// file need not have the column of a mapping if it has that channel otherwise, so that unlike files can be read with
+    /// the same mappings. Columns that are no channel are listed in [`Record::ignored`]. A constant command or no
+    /// response is accepted here; see [`Record::check_excited`] and [`Record::check_response`].
     ///
     /// # Errors
     /// A file that cannot be read as such a table; a column that is missing, there twice or in an unknown unit; a
-    /// cell that is no finite number; fewer than two samples; times that do not rise strictly.
+    /// cell that is no finite number; columns of unequal length; fewer than two samples; times that do not rise strictly.
     pub fn read(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Self> {
-        let path = path.as_ref();
-        let text = table::read_text(path)?;
-        Self::parse(&path.display().to_string(), &text, mappings)
+        Self::of(&file::read(path.as_ref())?, mappings)
     }
 
-    /// [`Record::read`] from the text of the file called `path`.
+    /// [`Record::read`] from the text of the CSV file called `path`.
     ///
     /// # Errors
     /// As [`Record::read`], but for those of reading the file.
     pub fn parse(path: &str, text: &str, mappings: &[Mapping]) -> Result<Self> {
-        let table = Table::parse(path, text)?;
-        let mut sources = Vec::new();
-        for mapping in mappings {
-            let column = &mapping.column;
-            let found = table.find(&format!("{column:?}"), |label| {
-                label.text == *column || label.name == *column
-            })?;
-            let index = found.ok_or_else(|| {
-                table.missing(&format!("{column:?}"), "let --map name one of these")
-            })?;
-            sources.push((index, mapping.target, mapping.unit));
-        }
-        let mut ignored = Vec::new();
-        for (index, label) in table.labels.iter().enumerate() {
-            if sources[..mappings.len()]
-                .iter()
-                .any(|source| source.0 == index)
-            {
-                continue;
-            }
-            match Target::named(&label.name) {
-                Some(target) => {
-                    sources.push((index, target, table.unit(index, target.quantity())?))
-                }
-                None if label.text.is_empty() => {}
-                None => ignored.push(label.text.clone()),
-            }
-        }
+        Self::of(&csv::parse(path, text)?, mappings)
+    }
 
-        let mut columns = BTreeMap::<Target, Column>::new();
-        for (index, target, unit) in sources {
-            if let Some(other) = columns.get(&target) {
-                return Err(table.twice(&target.to_string(), other.index, index));
-            }
-            let column = Column {
-                index,
-                values: table.values(index, unit)?,
-                unit: unit.kept(),
-            };
-            columns.insert(target, column);
+    /// The channels of a table.
+    fn of(table: &Table, mappings: &[Mapping]) -> Result<Self> {
+        let Sources {
+            taken,
+            ignored,
+            warnings,
+        } = Sources::of(table, mappings)?;
+        let mut columns = BTreeMap::<Target, Measured>::new();
+        for (target, (index, unit)) in taken {
+            let values = table.values(index, unit)?;
+            let unit = unit.kept();
+            columns.insert(
+                target,
+                Measured {
+                    index,
+                    values,
+                    unit,
+                },
+            );
         }
         let missing = |target: Target| {
             let wanted = format!("\"{target} [{}]\"", target.quantity().usual().kept());
@@ -186,7 +181,14 @@ impl Record {
         let time = columns
             .remove(&Target::Time)
             .ok_or_else(|| missing(Target::Time))?;
-        let channels: BTreeMap<Channel, Series> = columns
+        if !columns.contains_key(&Target::Channel(Channel::Command)) {
+            return Err(missing(Target::Channel(Channel::Command)));
+        }
+        table.check_lengths(
+            std::iter::once(time.index).chain(columns.values().map(|column| column.index)),
+        )?;
+        table.check_rising(&time)?;
+        let channels = columns
             .into_iter()
             .filter_map(|(target, column)| match target {
                 Target::Time => None,
@@ -195,14 +197,10 @@ impl Record {
                 }
             })
             .collect();
-        if !channels.contains_key(&Channel::Command) {
-            return Err(missing(Target::Channel(Channel::Command)));
-        }
-        table.check_rising(&time)?;
-        Ok(Self {
-            path: path.into(),
-            ..Self::assembled(&table::stem(path), time.values, channels, ignored)
-        })
+        let mut record = Self::assembled(&table::stem(&table.path), time.values, channels, ignored);
+        record.path = table.path.clone();
+        record.warnings.extend(warnings);
+        Ok(record)
     }
 
     fn assembled(

@@ -68,6 +68,11 @@ impl Unit {
         self.kept
     }
 
+    /// How the unit is usually written.
+    pub fn spelling(&self) -> &'static str {
+        self.spellings[0]
+    }
+
     /// `value` of this unit in the unit that is kept.
     pub fn convert(&self, value: f64) -> f64 {
         (value + self.offset) * self.numerator / self.denominator
@@ -83,10 +88,10 @@ impl Unit {
 }
 
 const TIME: &[Unit] = &[
-    Unit::new(&["s", "sec"], "s", 1.0, 1.0),
-    Unit::new(&["ms"], "s", 1.0, 1e3),
+    Unit::new(&["s", "sec", "seconds"], "s", 1.0, 1.0),
+    Unit::new(&["ms", "milliseconds"], "s", 1.0, 1e3),
     Unit::new(&["us", "\u{b5}s", "\u{3bc}s"], "s", 1.0, 1e6),
-    Unit::new(&["min"], "s", 60.0, 1.0),
+    Unit::new(&["min", "minutes"], "s", 60.0, 1.0),
 ];
 const SIGNAL: &[Unit] = &[
     Unit::new(&["V"], "V", 1.0, 1.0),
@@ -98,12 +103,14 @@ const SIGNAL: &[Unit] = &[
 ];
 const FLOW: &[Unit] = &[
     Unit::new(&["L/min", "lpm"], "L/min", 1.0, 1.0),
+    Unit::new(&["L/s"], "L/min", 60.0, 1.0),
     Unit::new(&["m^3/s", "m3/s", "m³/s"], "L/min", 60_000.0, 1.0),
     Unit::new(&["cm^3/s", "cm3/s", "cm³/s"], "L/min", 60.0, 1e3),
     Unit::new(&["gpm"], "L/min", 3.785_411_784, 1.0),
 ];
 const PRESSURE: &[Unit] = &[
     Unit::new(&["bar"], "bar", 1.0, 1.0),
+    Unit::new(&["mbar"], "bar", 1.0, 1e3),
     Unit::new(&["Pa"], "bar", 1.0, 1e5),
     Unit::new(&["kPa"], "bar", 1.0, 100.0),
     Unit::new(&["MPa"], "bar", 10.0, 1.0),
@@ -141,7 +148,28 @@ const AREA: &[Unit] = &[
 ];
 const NUMBER: &[Unit] = &[Unit::new(&["1", "-"], "1", 1.0, 1.0)];
 
+/// Whether any quantity has a unit spelt `text`.
+pub(super) fn is_known(text: &str) -> bool {
+    let mut all = Quantity::ALL.into_iter().flat_map(Quantity::units);
+    all.any(|unit| unit.is_spelt(text))
+}
+
 impl Quantity {
+    const ALL: [Self; 12] = [
+        Self::Time,
+        Self::Signal,
+        Self::Flow,
+        Self::Pressure,
+        Self::Length,
+        Self::Temperature,
+        Self::Frequency,
+        Self::Phase,
+        Self::Gain,
+        Self::Share,
+        Self::Area,
+        Self::Number,
+    ];
+
     fn units(self) -> impl Iterator<Item = &'static Unit> {
         let (own, more): (&'static [Unit], &'static [Unit]) = match self {
             Self::Time => (TIME, &[]),

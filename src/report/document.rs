@@ -1,5 +1,6 @@
 //! `report.json`: its fields are a contract with the programs that read it.
 
+use crate::card::{Card, Figure};
 use crate::diagnose::{Fitted, FoundForm, Identified, Improvement, Remaining, Sides, Verdict};
 use crate::evaluate::{Chosen, Problem};
 use crate::model::Parameter;
@@ -278,6 +279,8 @@ pub struct Document {
     pub parameters: Vec<ParameterReport>,
     /// Parameters that this data does not determine, in words.
     pub not_identifiable: Vec<String>,
+    /// The valve card: figures in the terms of ISO 10770-1, from the result.
+    pub card: Vec<Figure>,
     /// What is left.
     pub remaining: RemainingReport,
     /// Largest change of each channel's simulation when the integration steps are halved, in its unit.
@@ -297,9 +300,10 @@ pub struct Document {
 }
 
 impl Document {
-    /// The document of a diagnosis.
+    /// The document of a diagnosis, and of the card of its result.
     pub fn of(
         identified: &Identified,
+        card: &Card,
         chosen: &Chosen,
         seed: u64,
         seconds: f64,
@@ -395,6 +399,7 @@ impl Document {
                 .collect(),
             not_identifiable: not_identifiable(&after.fit),
             parameters,
+            card: card.figures.clone(),
             remaining,
             integration_error: integration_error.clone(),
             evaluator: chosen.evaluator.describe(),
@@ -419,6 +424,11 @@ impl Document {
         self.noise_method.extend(other.noise_method);
         self.parameters.extend(other.parameters);
         self.not_identifiable.extend(other.not_identifiable);
+        for (own, other) in self.card.iter_mut().zip(other.card) {
+            if own.value.is_none() {
+                *own = other;
+            }
+        }
         self.remaining.structured |= other.remaining.structured;
         self.remaining
             .correlates_with

@@ -2,11 +2,11 @@
 
 use crate::model::effects::Effect;
 use crate::model::valve::AreaLaw;
-use crate::model::{Output, Parameter, Piston, Scale, Structure};
+use crate::model::{Fluid, Output, Parameter, Piston, Scale, Structure};
 use crate::record::{Quantity, Unit};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -14,16 +14,21 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 /// Keys without which a `[structure]` does not stand alone.
 const COMPLETE: [&str; 3] = ["full_scale", "command_unit", "observed"];
 
+/// Classes of oil (ISO VG) and temperatures (°C) that a hydraulic system works with.
+const OILS: (RangeInclusive<f64>, RangeInclusive<f64>) = (10.0..=150.0, -20.0..=120.0);
+
 /// A model file that has been read.
 ///
 /// A `[structure]` that has `full_scale`, `command_unit` and `observed` stands alone: keys that are not there have their
 /// defaults. One with less changes a structure that comes from elsewhere, key by key. A `[[parameter]]` changes the
-/// parameter of its name, key by key.
+/// parameter of its name, key by key. `[fluid]` with `iso_vg` and `temperature` gives density and viscosity their values
+/// where no `[[parameter]]` does.
 #[derive(Debug)]
 pub struct ModelFile {
     path: String,
     text: String,
     entries: Vec<Entry>,
+    fluid: Option<Spanned<Fluid>>,
 }
 
 /// A `[[parameter]]` as it is read.
@@ -85,6 +90,7 @@ impl ModelFile {
             path: path.into(),
             text: text.into(),
             entries: Vec::new(),
+            fluid: None,
         };
         let table = DeTable::parse(text).map_err(|error| file.toml_error(&error))?;
         for (key, value) in table.into_inner() {
@@ -94,11 +100,15 @@ impl ModelFile {
                     file.entries = Vec::deserialize(ValueDeserializer::from(value))
                         .map_err(|error| file.toml_error(&error))?;
                 }
+                "fluid" => {
+                    let fluid = Spanned::deserialize(ValueDeserializer::from(value));
+                    file.fluid = Some(fluid.map_err(|error| file.toml_error(&error))?);
+                }
                 _ => {
                     return Err(file.error(
                         key.span(),
                         format!("{:?} is no part of a model file", key.get_ref()),
-                        "a model file has one [structure] and any number of [[parameter]]",
+                        "a model file has one [structure], one [fluid] and any number of [[parameter]]",
                     ));
                 }
             }
@@ -176,10 +186,13 @@ impl ModelFile {
     /// `base`, the parameters of the structure, with the file's changes; a `value` becomes the start value.
     ///
     /// # Errors
-    /// A parameter that the structure does not have or that is there twice; another unit; bounds that are not finite,
+    /// A fluid that is no hydraulic oil, or a structure without one. A parameter that the structure does not have or that is there twice; another unit; bounds that are not finite,
     /// not in order, or not positive on a logarithmic scale; a value outside them.
     pub fn parameters(&self, base: Vec<Parameter>) -> Result<Vec<Parameter>> {
         let mut parameters = base;
+        if let Some(fluid) = &self.fluid {
+            self.fill(&mut parameters, fluid)?;
+        }
         for (i, entry) in self.entries.iter().enumerate() {
             let name = entry.name.get_ref();
             if self.entries[..i].iter().any(|e| e.name.get_ref() == name) {
@@ -200,6 +213,36 @@ impl ModelFile {
             self.change(parameter, entry)?;
         }
         Ok(parameters)
+    }
+
+    /// Gives density and viscosity the values of the file's fluid.
+    fn fill(&self, parameters: &mut [Parameter], fluid: &Spanned<Fluid>) -> Result<()> {
+        let refuse = |problem: String, remedy: &str| Err(self.error(fluid.span(), problem, remedy));
+        let Fluid {
+            iso_vg,
+            temperature,
+        } = *fluid.get_ref();
+        if !OILS.0.contains(&iso_vg) || !OILS.1.contains(&temperature) {
+            return refuse(
+                format!("ISO VG {iso_vg} at {temperature} degC is no hydraulic oil at work"),
+                "give iso_vg from 10 to 150 and a temperature from -20 to 120 degC",
+            );
+        }
+        for (name, value) in [
+            ("density", fluid.get_ref().density()),
+            ("viscosity", fluid.get_ref().viscosity()),
+        ] {
+            match parameters.iter_mut().find(|p| p.name == name) {
+                Some(parameter) => parameter.start = parameter.clamp(value),
+                None => {
+                    return refuse(
+                        "the structure has no valve that oil flows through".into(),
+                        "delete [fluid], or observe flow",
+                    );
+                }
+            }
+        }
+        Ok(())
     }
 
     fn change(&self, parameter: &mut Parameter, entry: &Entry) -> Result<()> {

@@ -4,7 +4,7 @@ use crate::model::Real;
 
 /// How the spool moves, in the unit of the command.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::model) struct Motion<R> {
+pub struct Motion<R> {
     /// Loop gain K, 1/s.
     pub gain: R,
     /// Lag T, s.
@@ -21,7 +21,7 @@ pub(in crate::model) struct Motion<R> {
 
 /// When something is observed, and in what surroundings.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::model) struct Moment<R> {
+pub struct Moment<R> {
     /// Time since the record's first row, s.
     pub time: R,
     /// Measured temperature, degC.
@@ -33,8 +33,8 @@ pub(in crate::model) struct Moment<R> {
 }
 
 /// An effect with values for its parameters. `own` are the states that belong to it.
-pub(in crate::model) trait Act<R: Real> {
-    /// How long the command takes to arrive, s.
+pub trait Act<R: Real> {
+    /// How long the command takes to arrive, s: of the catalogue's `delay` alone.
     fn delay(&self) -> Option<R> {
         None
     }

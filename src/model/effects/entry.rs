@@ -1,6 +1,6 @@
 //! An effect's place in the catalogue, and an effect chosen from it.
 
-use super::{CATALOGUE, entry};
+use super::{entry, known};
 use crate::model::valve::Drop;
 use crate::model::{Drive, Output, Parameter, Piston, Structure};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -186,7 +186,7 @@ pub struct Effect {
 impl Effect {
     /// Its place among the effects of a structure: the order of the catalogue, then of the outputs.
     pub fn rank(&self) -> (usize, Option<Output>) {
-        let place = CATALOGUE.iter().position(|e| e.name == self.entry.name);
+        let place = known().position(|entry| entry.name == self.entry.name);
         (place.expect("an entry of the catalogue"), self.output)
     }
 
@@ -231,7 +231,7 @@ impl FromStr for Effect {
             None => (text, None),
         };
         let known = || {
-            let names: Vec<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
+            let names: Vec<&str> = known().map(|entry| entry.name).collect();
             format!(
                 "there is no effect {name:?}: use one of {}",
                 names.join(", ")

@@ -5,9 +5,11 @@
 
 mod act;
 mod entry;
+mod own;
 
-pub(super) use act::{Act, Moment, Motion};
+pub use act::{Act, Moment, Motion};
 pub use entry::{Effect, Entry, Port, Scale, Trial};
+pub use own::{Law, register};
 
 use super::Real;
 
@@ -22,88 +24,90 @@ macro_rules! catalogue {
         /// An effect with values for its parameters.
         #[derive(Debug, Clone)]
         pub(super) enum Action<R> {
-            $(#[doc = stringify!($module)] $Type($module::$Type<R>)),*
+            $(#[doc = stringify!($module)] $Type($module::$Type<R>),)*
+            /// One of a user's own.
+            Own(own::Own<R>),
         }
 
         impl<R: Real> Action<R> {
             /// The action of the effect called `name`, with the values that `next` gives for its parameters.
             #[inline(always)]
-            pub(super) fn new(name: &str, next: impl FnMut() -> R) -> Self {
+            pub(super) fn new(name: &str, mut next: impl FnMut() -> R) -> Self {
                 $(if name == $module::ENTRY.name {
                     return Self::$Type($module::$Type::new(next));
                 })*
-                unreachable!("{name} is in the catalogue")
+                Self::Own(own::Own::new(name, &mut next))
             }
         }
 
         impl<R: Real> Act<R> for Action<R> {
             #[inline(always)]
             fn delay(&self) -> Option<R> {
-                match self { $(Self::$Type(effect) => Act::<R>::delay(effect)),* }
+                match self { $(Self::$Type(effect) => Act::<R>::delay(effect),)* Self::Own(_) => None }
             }
             #[inline(always)]
             fn command(&self, own: &mut [R], command: R) -> R {
-                match self { $(Self::$Type(effect) => effect.command(own, command)),* }
+                match self { $(Self::$Type(effect) => effect.command(own, command),)* Self::Own(users) => users.0.command(own, command) }
             }
             #[inline(always)]
             fn pulls(&self) -> bool {
-                match self { $(Self::$Type(effect) => Act::<R>::pulls(effect)),* }
+                match self { $(Self::$Type(effect) => Act::<R>::pulls(effect),)* Self::Own(users) => users.0.pulls() }
             }
             #[inline(always)]
             fn drive(&self, drive: R, motion: &Motion<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.drive(drive, motion)),* }
+                match self { $(Self::$Type(effect) => effect.drive(drive, motion),)* Self::Own(users) => users.0.drive(drive, motion) }
             }
             #[inline(always)]
             fn speed(&self, speed: R) -> R {
-                match self { $(Self::$Type(effect) => effect.speed(speed)),* }
+                match self { $(Self::$Type(effect) => effect.speed(speed),)* Self::Own(users) => users.0.speed(speed) }
             }
             #[inline(always)]
             fn sticks(&self) -> bool {
-                match self { $(Self::$Type(effect) => Act::<R>::sticks(effect)),* }
+                match self { $(Self::$Type(effect) => Act::<R>::sticks(effect),)* Self::Own(users) => users.0.sticks() }
             }
             #[inline(always)]
             fn heading(&self, drive: R, motion: &Motion<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.heading(drive, motion)),* }
+                match self { $(Self::$Type(effect) => effect.heading(drive, motion),)* Self::Own(users) => users.0.heading(drive, motion) }
             }
             #[inline(always)]
             fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
-                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, start, step)),* }
+                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, start, step),)* Self::Own(users) => users.0.settle(lead, spool, drive, start, step) }
             }
             #[inline(always)]
             fn place(&self, spool: R) -> R {
-                match self { $(Self::$Type(effect) => effect.place(spool)),* }
+                match self { $(Self::$Type(effect) => effect.place(spool),)* Self::Own(users) => users.0.place(spool) }
             }
             #[inline(always)]
             fn opening(&self, opening: R) -> R {
-                match self { $(Self::$Type(effect) => effect.opening(opening)),* }
+                match self { $(Self::$Type(effect) => effect.opening(opening),)* Self::Own(users) => users.0.opening(opening) }
             }
             #[inline(always)]
             fn supply(&self, own: &[R], supply: R) -> R {
-                match self { $(Self::$Type(effect) => effect.supply(own, supply)),* }
+                match self { $(Self::$Type(effect) => effect.supply(own, supply),)* Self::Own(users) => users.0.supply(own, supply) }
             }
             #[inline(always)]
             fn drawn(&self, own: &[R], flow: R) -> R {
-                match self { $(Self::$Type(effect) => effect.drawn(own, flow)),* }
+                match self { $(Self::$Type(effect) => effect.drawn(own, flow),)* Self::Own(users) => users.0.drawn(own, flow) }
             }
             #[inline(always)]
             fn flow(&self, flow: R, moment: &Moment<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.flow(flow, moment)),* }
+                match self { $(Self::$Type(effect) => effect.flow(flow, moment),)* Self::Own(users) => users.0.flow(flow, moment) }
             }
             #[inline(always)]
             fn settled_supply(&self, own: &mut [R], flow: R) {
-                match self { $(Self::$Type(effect) => effect.settled_supply(own, flow)),* }
+                match self { $(Self::$Type(effect) => effect.settled_supply(own, flow),)* Self::Own(users) => users.0.settled_supply(own, flow) }
             }
             #[inline(always)]
             fn settled(&self, own: &mut [R], value: R) {
-                match self { $(Self::$Type(effect) => effect.settled(own, value)),* }
+                match self { $(Self::$Type(effect) => effect.settled(own, value),)* Self::Own(users) => users.0.settled(own, value) }
             }
             #[inline(always)]
             fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
-                match self { $(Self::$Type(effect) => effect.filter(own, before, after, step)),* }
+                match self { $(Self::$Type(effect) => effect.filter(own, before, after, step),)* Self::Own(users) => users.0.filter(own, before, after, step) }
             }
             #[inline(always)]
             fn measure(&self, own: &[R], value: R, moment: &Moment<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.measure(own, value, moment)),* }
+                match self { $(Self::$Type(effect) => effect.measure(own, value, moment),)* Self::Own(users) => users.0.measure(own, value, moment) }
             }
         }
     };
@@ -131,7 +135,12 @@ catalogue! {
     periodic_disturbance::PeriodicDisturbance,
 }
 
-/// The entry of the effect called `name`.
+/// The entry of the effect called `name`, of the catalogue or [registered](register).
 pub fn entry(name: &str) -> Option<&'static Entry> {
-    CATALOGUE.iter().copied().find(|entry| entry.name == name)
+    known().find(|entry| entry.name == name)
+}
+
+/// The entries of the catalogue, then those that have been [registered](register).
+pub fn known() -> impl Iterator<Item = &'static Entry> {
+    CATALOGUE.iter().copied().chain(own::registered())
 }

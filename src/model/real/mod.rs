@@ -7,10 +7,12 @@
 
 mod dual;
 mod lanes;
+pub(crate) mod reading;
 mod wgsl;
 
 pub use dual::Dual;
 pub use lanes::{Element, Lanes};
+pub use reading::{IN_FLIGHT, PASS};
 pub use wgsl::{Function, Trace, Wgsl};
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -18,6 +20,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// A number that physics can be written in.
 pub trait Real:
     Copy
+    + 'static
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>

@@ -25,7 +25,7 @@ pub use autocorrelation::autocorrelation_inflation;
 use coordinates::Coordinates;
 pub use identifiability::{Kind, Unidentifiable};
 pub use profile::profile;
-pub use spread::spread;
+pub use spread::{Axis, spread};
 use step::bounded_step;
 pub use triangle::Triangle;
 pub use uncertainty::{Interval, Uncertainty, UncertaintyOptions};

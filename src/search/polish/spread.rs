@@ -5,9 +5,18 @@ use super::directions::Directions;
 use super::{Polished, Uncertainty, UncertaintyOptions};
 use crate::model::Parameter;
 
-/// Pairs of candidates, one pair for each direction of parameter space.
+/// A direction of parameter space, from the result as far as the data allow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// The candidates at both ends.
+    pub ends: [Vec<f64>; 2],
+    /// Whether the data set the ends; otherwise the bounds do.
+    pub determined: bool,
+}
+
+/// The directions of parameter space, with candidates at their ends.
 ///
-/// Where the data determine the direction they are the two ends of an axis of the 95 % ellipsoid of one parameter,
+/// Where the data determine a direction these are the two ends of an axis of the 95 % ellipsoid of one parameter,
 /// `u ± t s v/σ` in search coordinates: the half-width of a smooth function's interval is then the root of the sum of the
 /// squares of its changes (linear propagation, Bates and Watts 1988, section 2.3). Where they do not, the candidates lie
 /// where the direction leaves the bounds. A parameter that sits on a bound or has no effect goes to the ends of its own
@@ -16,7 +25,7 @@ pub fn spread(
     parameters: &[Parameter],
     polished: &Polished,
     uncertainty: &Uncertainty,
-) -> Vec<[Vec<f64>; 2]> {
+) -> Vec<Axis> {
     let interior: Vec<usize> = (0..parameters.len())
         .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none())
         .collect();
@@ -30,21 +39,30 @@ pub fn spread(
             .enumerate()
             .map(|(column, &j)| (j, directions.component(column, k)))
             .collect();
-        let length = match directions.determined.contains(&k) {
+        let determined = directions.determined.contains(&k);
+        let length = match determined {
             true => radius / directions.spectrum.values[k],
             false => f64::INFINITY,
         };
-        [1.0, -1.0].map(|sign| moved(parameters, &polished.values, &step, sign, length))
+        let end = |sign| moved(parameters, &polished.values, &step, sign, length);
+        Axis {
+            ends: [1.0, -1.0].map(end),
+            determined,
+        }
     });
     let alone = (0..parameters.len())
         .filter(|j| !parameters[*j].fixed && !directions.parameters.contains(j))
         .map(|j| {
             let interval = &uncertainty.intervals[j];
-            [interval.high, interval.low].map(|end| {
+            let end = |end: f64| {
                 let mut values = polished.values.clone();
                 values[j] = end;
                 values
-            })
+            };
+            Axis {
+                ends: [interval.high, interval.low].map(end),
+                determined: !(interval.open_low && interval.open_high),
+            }
         });
     along.chain(alone).collect()
 }

@@ -1,0 +1,170 @@
+//! `servobee inspect`.
+
+use super::table::{number, table};
+use servobee::record::Mapping;
+use servobee::record::inspect::{Gap, Inspected, Inspection, Timing, inspect};
+use servobee::{Error, Result};
+use std::path::PathBuf;
+
+/// Say what a file of measurements holds, what is wrong with it, and which --map makes a record of it
+///
+/// Reads what identify reads, CSV and MAT, and also files that identify refuses. A proposal is taken from the names, units
+/// and values of the columns and comes with its reason: check it.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  servobee inspect bench.csv
+  servobee inspect log.mat --map \"out.u=command [V]\"
+  servobee inspect run1.csv run2.mat --json")]
+pub(super) struct Arguments {
+    /// Files to look into
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// A column of the files and what it is: "x_cmd_mm=command [mm]"
+    #[arg(long, value_name = "COLUMN=CHANNEL [UNIT]")]
+    map: Vec<Mapping>,
+    /// Print JSON: a list with an object for each file
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let inspections = arguments
+        .files
+        .iter()
+        .map(|path| inspect(path, &arguments.map))
+        .collect::<Result<Vec<Inspection>>>()?;
+    if arguments.json {
+        let json = serde_json::to_string_pretty(&inspections)
+            .map_err(|error| Error::failed(format!("no JSON: {error}"), "report this"))?;
+        println!("{json}");
+        return Ok(());
+    }
+    for (index, inspection) in inspections.iter().enumerate() {
+        if index > 0 {
+            println!();
+        }
+        print(inspection);
+    }
+    Ok(())
+}
+
+fn print(inspection: &Inspection) {
+    println!("{}: {}", inspection.path, inspection.format);
+    if let Some(timing) = &inspection.timing {
+        println!("{}", times(timing));
+        for line in gaps(&timing.gaps) {
+            println!("{line}");
+        }
+    }
+    if let Some(period) = inspection.command_period {
+        println!("The command repeats itself every {} s.", number(period));
+    }
+    for (channel, follows) in inspection.follows.iter().filter(|(_, f)| f.is_close()) {
+        println!(
+            "The {channel} is most like the command {} rows before it (correlation {:.3}).",
+            follows.rows, follows.correlation
+        );
+    }
+    println!("\n{}", columns(&inspection.columns));
+    for (name, what) in &inspection.others {
+        println!("{name} is no column: {what}");
+    }
+    println!();
+    for warning in &inspection.warnings {
+        println!("Warning: {warning}");
+    }
+    if !inspection.proposals.is_empty() {
+        println!("Proposed, to be checked:");
+        for proposal in &inspection.proposals {
+            println!("  {}: {}", proposal.map, proposal.reason);
+        }
+    }
+    match (&inspection.problem, &inspection.problem_left) {
+        (None, _) => println!("Ready for identify:\n  {}", inspection.call),
+        (Some(problem), None) => {
+            println!("Not ready for identify: {problem}");
+            println!("Ready with what is proposed:\n  {}", inspection.call);
+        }
+        (Some(problem), Some(left)) => {
+            println!("Not ready for identify: {problem}");
+            if left != problem {
+                println!("With what is proposed there is still: {left}");
+            }
+        }
+    }
+}
+
+fn times(timing: &Timing) -> String {
+    let jitter = match timing.jitter {
+        0.0 => "without jitter".into(),
+        jitter => format!("jitter {} ms", number(1e3 * jitter)),
+    };
+    format!(
+        "{} s, a row every {} ms ({} Hz), {jitter}",
+        number(timing.length),
+        number(1e3 * timing.interval),
+        number(timing.rate()),
+    )
+}
+
+/// The first gaps, one a line.
+fn gaps(gaps: &[Gap]) -> Vec<String> {
+    const MOST: usize = 5;
+    let line = |gap: &Gap| {
+        format!(
+            "Gap after sample {} at {} s: {} missing",
+            gap.after + 1,
+            number(gap.time),
+            gap.missing
+        )
+    };
+    let mut lines: Vec<String> = gaps.iter().take(MOST).map(line).collect();
+    if gaps.len() > MOST {
+        lines.push(format!("and {} more gaps", gaps.len() - MOST));
+    }
+    lines
+}
+
+fn columns(columns: &[Inspected]) -> String {
+    let value = |value: Option<f64>| value.map_or("-".into(), number);
+    let row = |column: &Inspected| {
+        let values = &column.values;
+        let is = match (&column.taken_as, &column.proposed) {
+            (Some(taken), _) => taken.clone(),
+            (None, Some(proposed)) => format!("{proposed}?"),
+            (None, None) => "-".into(),
+        };
+        let odd: Vec<String> = [
+            (values.empty, "empty"),
+            (values.text, "text"),
+            (values.not_finite, "not finite"),
+        ]
+        .into_iter()
+        .filter(|&(count, _)| count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+        let remark = match (values.is_constant(), odd.is_empty()) {
+            (true, true) => "constant".into(),
+            (true, false) => format!("constant, {}", odd.join(", ")),
+            (false, _) => odd.join(", "),
+        };
+        vec![
+            column.name.clone(),
+            is,
+            column.unit.clone().unwrap_or("-".into()),
+            values.rows.to_string(),
+            value(values.min),
+            value(values.max),
+            value(values.step),
+            values.levels.to_string(),
+            remark,
+        ]
+    };
+    table(
+        &[
+            "column", "is", "unit", "rows", "min", "max", "step", "levels", "",
+        ],
+        columns.iter().map(row),
+    )
+}

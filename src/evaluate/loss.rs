@@ -1,0 +1,27 @@
+//! What an error costs, where that is not its square.
+
+use crate::model::Real;
+use crate::model::real::reading::{Readings, for_number, reading};
+
+/// What an error costs, for every kind of number: see [`Problem::with_loss`](super::Problem::with_loss).
+pub trait Loss: 'static {
+    /// The cost of an `error`, measured less simulated, in an output whose noise has this `size`, both in the output's
+    /// unit. In the square of that unit; zero where the error is zero and nowhere below it. Intervals mean something as far
+    /// as it is the square of a small error.
+    fn of<R: Real>(error: R, size: R) -> R;
+}
+
+/// A [`Loss`] that a problem has: see [`Problem::with_loss`](super::Problem::with_loss).
+#[derive(Debug, Clone, Copy)]
+pub struct OwnLoss(Readings);
+
+impl OwnLoss {
+    pub(super) fn new<L: Loss>() -> Self {
+        Self(|number| for_number!(number, R => L::of::<R> as fn(R, R) -> R))
+    }
+
+    /// The loss as a function of this kind of number.
+    pub(super) fn function<R: Real>(self) -> fn(R, R) -> R {
+        reading::<R, _>(self.0)
+    }
+}

@@ -1,0 +1,208 @@
+//! What a file holds, whether or not a [`Record`] can be read from it, and what is missing for one.
+
+mod call;
+mod column;
+mod follow;
+mod names;
+mod propose;
+mod suspicions;
+mod timing;
+
+pub use column::Values;
+pub use follow::Follows;
+pub use propose::Proposal;
+pub use timing::{Gap, Timing};
+
+use super::format::Format;
+use super::mapping::{Mapping, Target};
+use super::table::Table;
+use super::{Channel, Record, Unit, file};
+use crate::Result;
+use call::call;
+use propose::{COMMAND, proposals};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use suspicions::suspicions;
+
+/// What was understood of a file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Inspection {
+    /// `servobee/inspect/1`.
+    pub schema: &'static str,
+    /// The file, as it was given.
+    pub path: String,
+    /// How it is written.
+    #[serde(flatten)]
+    pub format: Format,
+    /// Every column, in the order of the file.
+    pub columns: Vec<Inspected>,
+    /// What else is in the file, each with what it is.
+    pub others: Vec<(String, String)>,
+    /// How the samples lie in time, if there is a column of time.
+    pub timing: Option<Timing>,
+    /// The time after which the command repeats itself, in s.
+    pub command_period: Option<f64>,
+    /// How each response follows the command.
+    pub follows: BTreeMap<&'static str, Follows>,
+    /// What looks wrong, each with where.
+    pub warnings: Vec<String>,
+    /// Why no record for `identify` can be read with the mappings that were given, and what can be done.
+    pub problem: Option<String>,
+    /// What the columns that are no channel yet probably are.
+    pub proposals: Vec<Proposal>,
+    /// Why no record can be read with the proposals either, and what can be done; `None` where nothing is wrong.
+    pub problem_left: Option<String>,
+    /// The call of `servobee identify` for this file.
+    pub call: String,
+}
+
+/// A column of a file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Inspected {
+    /// Its name in the file.
+    pub name: String,
+    /// Its unit in the file, if it has one.
+    pub unit: Option<String>,
+    /// What it is taken as, such as `command [mm]`, by its name or a mapping.
+    pub taken_as: Option<String>,
+    /// What it is proposed to be.
+    pub proposed: Option<String>,
+    /// Its values.
+    #[serde(flatten)]
+    pub values: Values,
+}
+
+impl Inspection {
+    /// Whether the file gives a record for `identify` with the mappings that were given.
+    pub fn is_ready(&self) -> bool {
+        self.problem.is_none()
+    }
+}
+
+/// Looks into the file at `path`, of which `mappings` say what columns are.
+///
+/// # Errors
+/// The file cannot be read as a table. What is wrong with the table's content is told in the inspection.
+pub fn inspect(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Inspection> {
+    Ok(of(&file::read(path.as_ref())?, mappings))
+}
+
+fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
+    let taken = taken(table, mappings);
+    let proposals = proposals(table, &taken);
+    let mut all = taken.clone();
+    all.extend(
+        proposals
+            .iter()
+            .map(|p| (p.target, (p.index, p.mapping.unit))),
+    );
+
+    let proposed = proposals.iter().map(|proposal| proposal.mapping.clone());
+    let with_proposals: Vec<Mapping> = mappings.iter().cloned().chain(proposed).collect();
+    let record = record(table, &with_proposals);
+    let column = |index: usize| {
+        let as_text = |(target, (at, unit)): (&Target, &(usize, &Unit))| {
+            (*at == index).then(|| format!("{target} [{}]", unit.spelling()))
+        };
+        let label = &table.columns[index].label;
+        let taken_as = taken.iter().find_map(as_text);
+        Inspected {
+            name: label.text.clone(),
+            unit: label.unit.clone(),
+            proposed: all.iter().find_map(as_text).filter(|_| taken_as.is_none()),
+            taken_as,
+            values: Values::of(&table.columns[index]),
+        }
+    };
+    let signals = Signals {
+        table,
+        targets: &all,
+    };
+    let mut inspection = Inspection {
+        schema: "servobee/inspect/1",
+        path: table.path.clone(),
+        format: table.format.clone(),
+        columns: (0..table.columns.len()).map(column).collect(),
+        others: table
+            .others
+            .iter()
+            .map(|other| (other.name.clone(), other.what.clone()))
+            .collect(),
+        timing: signals.timing(),
+        command_period: signals.command_period(),
+        follows: signals.follows(),
+        warnings: record.iter().flat_map(|r| r.warnings.clone()).collect(),
+        problem: self::record(table, mappings)
+            .err()
+            .map(|error| error.to_string()),
+        call: call(&table.path, &with_proposals),
+        proposals,
+        problem_left: record.err().map(|error| error.to_string()),
+    };
+    let suspicions = suspicions(&signals, &inspection);
+    inspection.warnings.extend(suspicions);
+    inspection
+}
+
+/// The record in a table, if it is one to identify from.
+fn record(table: &Table, mappings: &[Mapping]) -> Result<Record> {
+    let record = Record::of(table, mappings)?;
+    record.check_excited()?;
+    record.check_response()?;
+    Ok(record)
+}
+
+/// Index and unit of the columns that are channels by a mapping, or by their name and unit.
+fn taken(table: &Table, mappings: &[Mapping]) -> Targets {
+    let mut taken = Targets::new();
+    for mapping in mappings {
+        if let Ok(Some(index)) = table.called(&mapping.column) {
+            taken.insert(mapping.target, (index, mapping.unit));
+        }
+    }
+    for (index, column) in table.columns.iter().enumerate() {
+        if let Some(target) = Target::named(&column.label.name)
+            && let Ok(unit) = table.unit(index, target.quantity())
+            && taken.values().all(|(other, _)| *other != index)
+        {
+            taken.entry(target).or_insert((index, unit));
+        }
+    }
+    taken
+}
+
+/// Columns by what they are.
+type Targets = BTreeMap<Target, (usize, &'static Unit)>;
+
+struct Signals<'a> {
+    table: &'a Table,
+    targets: &'a Targets,
+}
+
+impl Signals<'_> {
+    fn values(&self, target: Target) -> Option<&[f64]> {
+        let (index, _) = self.targets.get(&target)?;
+        Some(&self.table.columns[*index].values)
+    }
+
+    fn timing(&self) -> Option<Timing> {
+        let (_, unit) = self.targets.get(&Target::Time)?;
+        let time = self.values(Target::Time)?.iter();
+        Timing::of(&time.map(|&time| unit.convert(time)).collect::<Vec<f64>>())
+    }
+
+    fn command_period(&self) -> Option<f64> {
+        let rows = follow::period(self.values(COMMAND)?)?;
+        Some(rows as f64 * self.timing()?.interval)
+    }
+
+    fn follows(&self) -> BTreeMap<&'static str, Follows> {
+        let follows = |channel: Channel| {
+            let response = self.values(Target::Channel(channel))?;
+            let follows = follow::follows(self.values(COMMAND)?, response)?;
+            Some((channel.name(), follows))
+        };
+        Channel::RESPONSES.into_iter().filter_map(follows).collect()
+    }
+}

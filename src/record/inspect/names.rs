@@ -1,0 +1,203 @@
+//! What the names of somebody else's columns say: `x_cmd_mm` is a command in mm, `pA` the pressure at port A.
+
+use crate::record::Channel;
+use crate::record::label::Label;
+use crate::record::mapping::Target;
+
+/// How surely a word names a target; a command of the position is a command, the position of a spool a spool.
+const NAMES_A_COMMAND: u8 = 9;
+const NAMES_THE_SPOOL: u8 = 8;
+const NAMES: u8 = 7;
+const MEASURED: u8 = 6;
+/// A letter that stands for the quantity in formulas, if nothing else is in the name.
+const SYMBOL: u8 = 4;
+const COUNTS: u8 = 2;
+
+/// What a name may mean.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Meaning {
+    pub(super) target: Target,
+    /// From 1 up.
+    pub(super) certainty: u8,
+    /// The unit at the end of the name, or beside it.
+    pub(super) unit: Option<String>,
+    /// What in the name says so.
+    pub(super) word: String,
+}
+
+/// What the name of a column may mean, in any order.
+pub(super) fn meanings(label: &Label) -> Vec<Meaning> {
+    let words = words(&label.spelt);
+    let targets = [Target::Time]
+        .into_iter()
+        .chain(Channel::ALL.map(Target::Channel));
+    targets
+        .filter_map(|target| {
+            let known = |unit: &str| target.quantity().unit(Some(unit), "").is_ok();
+            let (stem, unit) = match &label.unit {
+                // A column in another unit is another quantity.
+                Some(unit) if !known(unit) => return None,
+                Some(unit) => (&words[..], Some(unit.clone())),
+                None => without_unit(&words, known),
+            };
+            let stem: Vec<String> = stem.iter().map(|word| word.to_lowercase()).collect();
+            let (certainty, word) = said(target, &stem)?;
+            Some(Meaning {
+                target,
+                certainty,
+                unit,
+                word,
+            })
+        })
+        .collect()
+}
+
+/// The words of a name: `xCmd_mm` has x, Cmd and mm.
+fn words(name: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut before = ' ';
+    for letter in name.chars() {
+        let begins = before.is_lowercase() && letter.is_uppercase();
+        if begins || !(letter.is_alphanumeric() || "%°³²".contains(letter)) {
+            words.push(String::new());
+        }
+        if letter.is_alphanumeric() || "%°³²".contains(letter) {
+            words.last_mut().expect("there is one").push(letter);
+        }
+        before = letter;
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// The words before a unit that the name ends with: `Q_lpm`, `flow_L_min`.
+fn without_unit(words: &[String], known: impl Fn(&str) -> bool) -> (&[String], Option<String>) {
+    for length in [2, 1] {
+        let Some(before) = words.len().checked_sub(length).filter(|&before| before > 0) else {
+            continue;
+        };
+        let unit = words[before..].join("/");
+        if unit.parse::<f64>().is_err() && known(&unit) {
+            return (&words[..before], Some(unit));
+        }
+    }
+    (words, None)
+}
+
+/// How surely the words name the target, and which of them does.
+fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
+    let (names, symbols): (&[&str], &[&str]) = match target {
+        Target::Time => (&["time", "zeit", "timestamp", "clock"], &["t"]),
+        Target::Channel(channel) => match channel {
+            Channel::Command => (
+                &[
+                    "cmd",
+                    "command",
+                    "commanded",
+                    "ref",
+                    "reference",
+                    "set",
+                    "setpoint",
+                    "soll",
+                    "sollwert",
+                    "demand",
+                    "desired",
+                    "target",
+                    "input",
+                    "stimulus",
+                ],
+                &["u", "w", "r", "u valve", "u v", "u in"],
+            ),
+            Channel::Spool => (&["spool", "lvdt", "xv", "schieber"], &["x", "y", "x v"]),
+            Channel::Flow => (&["flow", "flowrate", "durchfluss"], &["q", "qv", "q v"]),
+            Channel::SupplyPressure => (&["supply", "psupply"], &["ps", "p s", "pp", "p p"]),
+            Channel::ReturnPressure => (&["return", "tank", "ptank"], &["pt", "p t", "pr", "p r"]),
+            Channel::PressureA => (&[], &["pa", "p a", "p1", "p 1", "pressure a", "pressure 1"]),
+            Channel::PressureB => (&[], &["pb", "p b", "p2", "p 2", "pressure b", "pressure 2"]),
+            Channel::Position => (
+                &[
+                    "position",
+                    "pos",
+                    "displacement",
+                    "cylinder",
+                    "zylinder",
+                    "piston",
+                    "kolben",
+                    "stroke",
+                ],
+                &["s", "xp", "x p"],
+            ),
+            Channel::Temperature => (
+                &["temperature", "temp", "temperatur"],
+                &["t oil", "toil", "oil", "theta", "t"],
+            ),
+        },
+    };
+    let certainty = match target {
+        Target::Channel(Channel::Command) => NAMES_A_COMMAND,
+        Target::Channel(Channel::Spool) => NAMES_THE_SPOOL,
+        _ => NAMES,
+    };
+    let named = |names: &[&str]| words.iter().find(|word| names.contains(&word.as_str()));
+    let phrase = words.join(" ");
+    if let Some(word) = named(names) {
+        return Some((certainty, word.clone()));
+    }
+    if symbols.contains(&phrase.as_str()) {
+        return Some((SYMBOL, phrase));
+    }
+    let generic: (u8, &[&str]) = match target {
+        Target::Time if words.len() == 1 => {
+            (COUNTS, &["k", "n", "index", "sample", "samples", "row"])
+        }
+        Target::Channel(Channel::Spool) => (
+            MEASURED,
+            &[
+                "meas", "measured", "actual", "act", "ist", "istwert", "feedback", "fb",
+                "response", "output",
+            ],
+        ),
+        _ => return None,
+    };
+    named(generic.1).map(|word| (generic.0, word.clone()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_say_what_they_are() {
+        for (name, expected) in [
+            ("t_s", "time [s]"),
+            ("Time", "time [?]"),
+            ("k", "time [?]"),
+            ("x_cmd_mm", "command [mm]"),
+            ("xRef", "command [?]"),
+            ("position setpoint (mm)", "command [mm]"),
+            ("u_valve", "command [?]"),
+            ("x_meas_mm", "spool [mm]"),
+            ("spool_position_pct", "spool [?]"),
+            ("x_position", "position [?]"),
+            ("Q_lpm", "flow [lpm]"),
+            ("flow_L_min", "flow [L/min]"),
+            ("pA", "pressure_a [?]"),
+            ("p_B_bar", "pressure_b [bar]"),
+            ("pS", "supply_pressure [?]"),
+            ("ps", "supply_pressure [?]"),
+            ("p_tank_psi", "return_pressure [psi]"),
+            ("T_oil", "temperature [?]"),
+            ("T [°C]", "temperature [°C]"),
+            ("force_N", ""),
+            ("p_pressure", ""),
+        ] {
+            let best = meanings(&Label::parse(name))
+                .into_iter()
+                .max_by_key(|m| m.certainty);
+            let best = best.map_or(String::new(), |m| {
+                format!("{} [{}]", m.target, m.unit.as_deref().unwrap_or("?"))
+            });
+            assert_eq!(best, expected, "{name}");
+        }
+    }
+}

@@ -1,0 +1,352 @@
+//! Effects and costs of a user's own, written outside the crate, on every evaluator.
+
+mod common;
+
+use common::gpu;
+use servobee::evaluate::gpu::Checks;
+use servobee::evaluate::problem::{Data, Sample, Series};
+use servobee::evaluate::{
+    CpuEvaluator, Evaluator, Loss, Population, Precision, Problem, reference,
+};
+use servobee::model::effects::{Act, Effect, Entry, Law, Port, Scale, entry, register};
+use servobee::model::{Hold, Parameter, Real, Structure};
+use servobee::report::ModelFile;
+use servobee::search::{Plan, refine};
+
+/// What the catalogue's null_bias does, written by somebody else.
+struct Bias<R>(R);
+
+impl<R: Real> Act<R> for Bias<R> {
+    fn command(&self, _own: &mut [R], command: R) -> R {
+        command + self.0
+    }
+}
+
+struct BiasLaw;
+
+impl Law for BiasLaw {
+    type Act<R: Real> = Bias<R>;
+    fn act<R: Real>(next: &mut dyn FnMut() -> R) -> Bias<R> {
+        Bias(next())
+    }
+}
+
+/// A command that is bent, with a memory of the last one: a law with a state.
+struct Bent<R> {
+    bend: R,
+    rest: R,
+}
+
+impl<R: Real> Act<R> for Bent<R> {
+    fn command(&self, own: &mut [R], command: R) -> R {
+        let changed = command - own[0];
+        own[0] = command;
+        command + self.bend * command * command.abs() + self.rest * changed
+    }
+    fn settled(&self, own: &mut [R], value: R) {
+        own[0] = value;
+    }
+}
+
+struct BentLaw;
+
+impl Law for BentLaw {
+    type Act<R: Real> = Bent<R>;
+    fn act<R: Real>(next: &mut dyn FnMut() -> R) -> Bent<R> {
+        Bent {
+            bend: next(),
+            rest: next(),
+        }
+    }
+}
+
+fn described(
+    name: &'static str,
+    parameters: fn(&Scale, Option<servobee::model::Output>) -> Vec<Parameter>,
+) -> Entry {
+    Entry {
+        name,
+        port: Port::Command,
+        summary: "of a test",
+        finding: "",
+        equation: "",
+        shows: "",
+        confused: "",
+        source: "",
+        parameters,
+        trials: |_, _| vec![vec![0.1]],
+        imitated_by: &[],
+        states: &[],
+        neutral: &[],
+        applies: |_| true,
+        outputs: None,
+    }
+}
+
+fn own_bias() -> Effect {
+    static ONCE: std::sync::OnceLock<&'static Entry> = std::sync::OnceLock::new();
+    let entry = ONCE.get_or_init(|| {
+        let parameters = |scale: &Scale, _| {
+            vec![Parameter::linear(
+                "own_bias",
+                &scale.command_unit,
+                -0.1 * scale.command,
+                0.0,
+                0.1 * scale.command,
+            )]
+        };
+        register::<BiasLaw>(described("own_bias", parameters)).unwrap()
+    });
+    Effect {
+        entry,
+        output: None,
+    }
+}
+
+fn bent() -> Effect {
+    static ONCE: std::sync::OnceLock<&'static Entry> = std::sync::OnceLock::new();
+    let entry = ONCE.get_or_init(|| {
+        let parameters = |_: &Scale, _| {
+            vec![
+                Parameter::linear("bend", "1", -0.1, 0.0, 0.1),
+                Parameter::linear("rest", "1", -0.5, 0.0, 0.5),
+            ]
+        };
+        register::<BentLaw>(Entry {
+            states: &["last"],
+            ..described("bent", parameters)
+        })
+        .unwrap()
+    });
+    Effect {
+        entry,
+        output: None,
+    }
+}
+
+fn structure(effect: Effect, hold: Hold) -> Structure {
+    Structure {
+        hold,
+        ..Structure::actuator(10.0, "V")
+    }
+    .with(effect)
+}
+
+/// Steps and ramps, answered by the structure with these values.
+fn problem(structure: &Structure, values: &[(&str, f64)]) -> Problem {
+    let mut parameters = structure.parameters();
+    for (name, value) in values {
+        parameters
+            .iter_mut()
+            .find(|p| p.name == *name)
+            .unwrap()
+            .start = *value;
+    }
+    let sample = |k: usize| Sample {
+        input: [
+            [0.0, 6.0, -3.0, 8.0, 1.0][k / 60 % 5] + 0.02 * (k % 60) as f64,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1e-3 * k as f64,
+        ],
+        weight: 1.0,
+        ..Sample::default()
+    };
+    let mut series = Series {
+        name: "own".into(),
+        time: (0..600).map(|k| 1e-3 * k as f64).collect(),
+        samples: (0..600).map(sample).collect(),
+    };
+    series.set_steps(structure.fastest_rate(&parameters), 1);
+    let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let simulated = reference::trajectories(structure, &start, std::slice::from_ref(&series));
+    for (sample, outputs) in series.samples.iter_mut().zip(&simulated[0]) {
+        sample.target = *outputs;
+    }
+    Problem::new(structure.clone(), parameters, Data::Series(vec![series]))
+}
+
+fn candidates(problem: &Problem, count: usize) -> Population {
+    let free = problem.free();
+    let mut population = Population::new(free.len());
+    for i in 0..count {
+        let share = |j: usize| ((i * 7 + j * 3) % 11) as f64 / 10.0 - 0.5;
+        let near = |(j, p): (usize, &Parameter)| {
+            let width = 0.2 * (p.high - p.low).min(p.start.abs().max(0.1));
+            p.clamp(p.start + width * share(j))
+        };
+        population.push(&free.iter().enumerate().map(near).collect::<Vec<f64>>());
+    }
+    population
+}
+
+/// The costs of a population on every evaluator; the GPU's only where there is one.
+fn costs(problem: &Problem, population: &Population) -> Vec<(String, Vec<f64>)> {
+    let mut evaluators: Vec<(String, Box<dyn Evaluator>)> = vec![
+        ("f64".into(), Box::new(CpuEvaluator::new(Precision::F64))),
+        ("f32".into(), Box::new(CpuEvaluator::new(Precision::F32))),
+    ];
+    if let Some(gpu) = gpu(Checks::Off) {
+        evaluators.push(("GPU".into(), Box::new(gpu)));
+    }
+    let all = |(name, mut evaluator): (String, Box<dyn Evaluator>)| {
+        let costs = evaluator.costs(problem, population).unwrap();
+        (name, costs.iter().map(|cost| cost.value).collect())
+    };
+    evaluators.into_iter().map(all).collect()
+}
+
+fn assert_equal_on_all(problem: &Problem, tolerance: f64) {
+    let population = candidates(problem, 70);
+    let all = costs(problem, &population);
+    let truth: Vec<f64> = (0..population.len())
+        .map(|i| reference::cost(problem, population.candidate(i)).unwrap())
+        .collect();
+    for (name, costs) in &all {
+        let worst = costs
+            .iter()
+            .zip(&truth)
+            .map(|(cost, truth)| (cost / truth - 1.0).abs())
+            .fold(0.0, f64::max);
+        println!("{name}: worst relative difference {worst:.1e}");
+        assert!(worst < tolerance, "{name}: {worst}");
+    }
+}
+
+#[test]
+fn an_own_effect_is_what_the_catalogues_is() {
+    for hold in [Hold::Held, Hold::Interpolated] {
+        let values = [
+            ("gain", 200.0),
+            ("time_constant", 0.004),
+            ("saturation", 2.0),
+        ];
+        let own = problem(
+            &structure(own_bias(), hold),
+            &[&values[..], &[("own_bias", 0.3)]].concat(),
+        );
+        let theirs: Effect = "null_bias".parse().unwrap();
+        let theirs = problem(
+            &structure(theirs, hold),
+            &[&values[..], &[("null_bias", 0.3)]].concat(),
+        );
+        assert_eq!(own.data, theirs.data);
+        let population = candidates(&own, 50);
+        for ((name, own), (_, theirs)) in costs(&own, &population)
+            .iter()
+            .zip(costs(&theirs, &population))
+        {
+            assert_eq!(*own, theirs, "on {name}");
+        }
+        assert_equal_on_all(&own, 2e-4);
+    }
+}
+
+#[test]
+fn an_own_effect_with_a_state_is_fitted_and_written() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.004),
+        ("saturation", 2.0),
+    ];
+    let planted = [("bend", 0.02), ("rest", -0.2)];
+    let structure = structure(bent(), Hold::Held);
+    let problem = problem(&structure, &[&values[..], &planted].concat());
+    assert_equal_on_all(&problem, 2e-4);
+
+    let start: Vec<f64> = problem.start().iter().map(|value| 0.8 * value).collect();
+    let fit = refine(&problem, &start, &Plan::of_records(1)).unwrap();
+    for (parameter, value) in fit.free.iter().zip(fit.values()) {
+        assert!(
+            (value / parameter.start - 1.0).abs() < 1e-6,
+            "{}: {value}",
+            parameter.name
+        );
+    }
+    let all: Vec<f64> = problem.parameters.iter().map(|p| p.start).collect();
+    let text = ModelFile::to_toml(&structure, &problem.parameters, &all);
+    let read = ModelFile::parse("model.toml", &text)
+        .unwrap()
+        .complete_structure()
+        .unwrap();
+    assert_eq!(read, structure);
+}
+
+#[test]
+fn a_name_is_taken_once() {
+    own_bias();
+    let parameters = |_: &Scale, _| Vec::new();
+    for name in ["own_bias", "null_bias"] {
+        let error = register::<BiasLaw>(described(name, parameters)).unwrap_err();
+        assert!(error.to_string().contains("already"), "{error}");
+    }
+    assert!(entry("own_bias").is_some() && entry("nobody_s").is_none());
+}
+
+/// Huber's loss at twice the noise.
+struct Huber;
+
+impl Loss for Huber {
+    fn of<R: Real>(error: R, size: R) -> R {
+        let limit = R::constant(2.0) * size;
+        let large = error.abs();
+        let linear = limit * (R::constant(2.0) * large - limit);
+        (large - limit).if_positive(linear, error * error)
+    }
+}
+
+#[test]
+fn an_own_cost_is_the_same_everywhere_and_forgives_outliers() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.004),
+        ("saturation", 2.0),
+    ];
+    let mut problem = problem(&Structure::actuator(10.0, "V"), &values);
+    let truth = problem.start();
+    let Data::Series(mut all) = (*problem.data).clone() else {
+        unreachable!("records were made")
+    };
+    // A little noise, and every thirtieth row is a bad one.
+    for (k, sample) in all[0].samples.iter_mut().enumerate() {
+        sample.target[0] += 0.01 * ((k * 37 % 101) as f64 / 50.0 - 1.0);
+        if k % 30 == 7 {
+            sample.target[0] += 4.0;
+        }
+    }
+    problem.data = Data::Series(all).into();
+    problem.scale[0] = 0.01f64.powi(-2);
+    let huber = problem.clone().with_loss::<Huber>();
+    assert_equal_on_all(&huber, 2e-4);
+
+    let off = |problem: &Problem| {
+        let fit = refine(problem, &truth, &Plan::of_records(1)).unwrap();
+        let errors = fit
+            .values()
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| (a / b - 1.0).abs());
+        errors.fold(0.0, f64::max)
+    };
+    let (squares, robust) = (off(&problem), off(&huber));
+    println!("parameters off by {squares:.4} with squares, {robust:.4} with Huber's loss");
+    assert!(robust < 0.01 && squares > 5.0 * robust);
+
+    // By hand, at a candidate.
+    let candidate: Vec<f64> = truth.iter().map(|value| 1.1 * value).collect();
+    let Data::Series(records) = &*huber.data else {
+        unreachable!("records were made")
+    };
+    let simulated = reference::trajectories(&huber.structure, &candidate, records);
+    let by_hand: f64 = records[0]
+        .samples
+        .iter()
+        .zip(&simulated[0])
+        .map(|(sample, output)| Huber::of(sample.target[0] - output[0], 0.01) / 0.01f64.powi(2))
+        .sum();
+    let cost = reference::cost(&huber, &candidate).unwrap();
+    assert!((cost / by_hand - 1.0).abs() < 1e-9, "{cost} {by_hand}");
+}

@@ -105,7 +105,7 @@ impl Axis {
                 let ticks = self.multiples(step(least));
                 // One or two say too little of the scale.
                 match ticks.len() {
-                    0..3 => self.multiples(step(least / 2.5)),
+                    0..3 => self.multiples(step(least / 1.6)),
                     _ => ticks,
                 }
             }

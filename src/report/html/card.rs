@@ -26,7 +26,8 @@ pub(super) fn all(card: &Card, identified: &Identified) -> Markup {
     }
 }
 
-fn figures(figures: &[Figure]) -> Markup {
+/// The table of figures.
+pub(super) fn figures(figures: &[Figure]) -> Markup {
     html! {
         div.scroll { table {
             thead { tr { th { "figure" } th { "unit" } th.n { "value" } th.n { "95 % interval" } th { "conditions" } } }

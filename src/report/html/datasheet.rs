@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::figure::{Key, Role, figure, legend};
 use super::plot::{Mark, Panel};
 use super::words::{capitalised, listed};
-use super::{convergence, section, tables, whole};
+use super::{card, convergence, section, tables, whole};
 use crate::report::{Document, ParameterReport, rounded};
 use crate::search::Fit;
 use crate::search::datasheet::Sheet;
@@ -36,6 +36,7 @@ pub fn datasheet_page(sheets: &[(Sheet, Vec<(&str, Fit)>)], document: &Document)
                 (searches(&format!("convergence-{}", i + 1), fits))
             }))
         }
+        (section("card", "The valve", card::figures(&document.card)))
         (section("remaining", "What remains", tables::undetermined(document, &|name| {
             let sheet = sheets.iter().find(|(sheet, _)| sheet.quantity.0 == name);
             sheet.map_or(String::new(), |(sheet, _)| sheet.quantity.1.clone())

@@ -219,7 +219,7 @@ fn plain(value: f64, largest: f64) -> String {
         let text = format!("{value:.6}");
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     };
-    text.replacen('-', "\u{2212}", 1)
+    text.replace('-', "\u{2212}")
 }
 
 #[cfg(test)]
@@ -235,7 +235,7 @@ mod tests {
         let axis = Axis::over("x", [-0.31, 0.28]);
         assert_eq!(labels(&axis, 3), ["\u{2212}0.2", "0", "0.2"]);
         let axis = Axis::over("x", [0.0, 4.2e-6]);
-        assert_eq!(labels(&axis, 4), ["0", "2e-6", "4e-6"]);
+        assert_eq!(labels(&axis, 4), ["0", "2e\u{2212}6", "4e\u{2212}6"]);
         let axis = Axis::log("x", [0.9, 1100.0]);
         assert_eq!(labels(&axis, 8), ["1", "10", "100", "1000"]);
         let axis = Axis::log("x", [3.0, 4.0]);

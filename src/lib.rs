@@ -21,8 +21,8 @@
 //! - [`report`]: what a run tells and leaves behind.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
-//! Each of them knows only those above it. Beside them stand [`rig`], which makes records with planted effects from equations
-//! of its own, and [`scorecard`], which counts on such records how often the diagnosis is right.
+//! Each of them knows only those above it. Beside them stand `rig`, which makes records with planted effects from equations
+//! of its own, and `scorecard`, which counts on such records how often the diagnosis is right.
 //!
 //! # A fit
 //!
@@ -126,6 +126,7 @@
 //! let problem = Problem::new(structure, parameters, Data::Series(Vec::new())).with_loss::<Huber>();
 //! ```
 
+// What is hidden in the documentation is there for the commands, the tests and the benches; it may change at any time.
 pub mod card;
 pub mod diagnose;
 mod error;
@@ -134,7 +135,9 @@ pub mod export;
 pub mod model;
 pub mod record;
 pub mod report;
+#[doc(hidden)]
 pub mod rig;
+#[doc(hidden)]
 pub mod scorecard;
 pub mod search;
 

@@ -9,7 +9,7 @@ fn main() -> ExitCode {
     match cli::run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("servobee: {error}");
+            cli::colour::error(&error);
             ExitCode::from(error.exit_code())
         }
     }

@@ -1,10 +1,41 @@
 #!/usr/bin/env bash
 # Runs every test of servobee: unit, integration and documentation tests.
 #
-# The tests that compare the GPU with the CPU need a Vulkan driver. Where there is none, Mesa's software driver is
-# installed with apt; SERVOBEE_SKIP_GPU=1 skips those tests instead, and says so.
+# Some of them need more than Rust. What is missing is installed, from apt and into target/tools; a test group can be left
+# out instead, which the summary says:
+#   SERVOBEE_SKIP_GPU=1      comparisons of GPU and CPU: a Vulkan driver (Mesa's in software)
+#   SERVOBEE_SKIP_BROWSER=1  the report in a browser: chromium
+#   SERVOBEE_SKIP_FMU=1      exported models in other tools: Python with tests/export/requirements.txt
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+fail() {
+    printf 'run.sh: %s\n' "$@" >&2
+    exit 1
+}
+
+# Installs Debian packages for the tests that SERVOBEE_SKIP_$1=1 leaves out.
+install() {
+    local group=$1
+    shift
+    local by_hand="install $* (on Debian: apt-get install $*), or set SERVOBEE_SKIP_$group=1 to leave those tests out"
+    command -v apt-get > /dev/null || fail "Something is missing and there is no apt-get: $by_hand"
+    local as_root=()
+    if [ "$(id -u)" -ne 0 ]; then
+        command -v sudo > /dev/null || fail "Something is missing and there is no sudo: $by_hand"
+        as_root=(sudo)
+    fi
+    echo "run.sh: installing $*"
+    "${as_root[@]}" apt-get update -qq &&
+        "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+            apt-get install -y -qq --no-install-recommends "$@" > /dev/null ||
+        fail "Installing $* failed: $by_hand"
+}
+
+wanted() {
+    local skip="SERVOBEE_SKIP_$1"
+    [ "${!skip:-}" != 1 ] && [ "$(uname -s)" = Linux ]
+}
 
 has_driver() {
     [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] && return 0
@@ -15,32 +46,31 @@ has_driver() {
     return 1
 }
 
-fail() {
-    printf 'run.sh: %s\n' "$@" >&2
-    exit 1
+has_browser() {
+    [ -n "${SERVOBEE_BROWSER:-}" ] && return 0
+    command -v chromium chromium-browser google-chrome > /dev/null
 }
 
-by_hand='install one (on Debian: apt-get install mesa-vulkan-drivers), or set SERVOBEE_SKIP_GPU=1 to skip the GPU tests'
-
-install_driver() {
-    command -v apt-get > /dev/null || fail "There is no Vulkan driver and no apt-get: $by_hand"
-    local as_root=()
-    if [ "$(id -u)" -ne 0 ]; then
-        command -v sudo > /dev/null || fail "There is no Vulkan driver and no sudo to install one: $by_hand"
-        as_root=(sudo)
+# A Python of our own, with what the requirements name.
+install_python() {
+    local tools=target/tools requirements=tests/export/requirements.txt
+    if ! cmp -s "$requirements" "$tools/installed.txt"; then
+        python3 -c 'import venv, ensurepip' 2> /dev/null || install FMU python3 python3-venv
+        echo "run.sh: installing Python packages: $(tr '\n' ' ' < "$requirements")"
+        python3 -m venv --clear "$tools" &&
+            "$tools/bin/pip" install -q --disable-pip-version-check -r "$requirements" ||
+            fail "Installing Python packages failed: set SERVOBEE_SKIP_FMU=1 to leave those tests out"
+        cp "$requirements" "$tools/installed.txt"
     fi
-    echo "run.sh: no Vulkan driver: installing mesa-vulkan-drivers"
-    "${as_root[@]}" apt-get update -qq &&
-        "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
-            apt-get install -y -qq --no-install-recommends mesa-vulkan-drivers > /dev/null ||
-        fail "Installing mesa-vulkan-drivers failed: $by_hand"
+    SERVOBEE_PYTHON=$PWD/$tools/bin/python
+    export SERVOBEE_PYTHON
 }
 
 command -v cargo > /dev/null || fail 'There is no cargo: install Rust with rustup'
-command -v cc > /dev/null || fail 'There is no C linker: install one (on Debian: apt-get install gcc libc6-dev)'
-if [ "${SERVOBEE_SKIP_GPU:-}" != 1 ] && [ "$(uname -s)" = Linux ] && ! has_driver; then
-    install_driver
-fi
+command -v cc > /dev/null || fail 'There is no C compiler: install one (on Debian: apt-get install gcc libc6-dev)'
+if wanted GPU && ! has_driver; then install GPU mesa-vulkan-drivers; fi
+if wanted BROWSER && ! has_browser; then install BROWSER chromium fonts-dejavu-core; fi
+if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then install_python; fi
 
 # Each test binary prints what it skips; --no-fail-fast shows every failure at once.
 log=$(mktemp)
@@ -49,12 +79,12 @@ status=0
 cargo test --locked --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
 
 echo
-grep -E '^test result:' "$log" | awk '
+grep -aE '^test result:' "$log" | awk '
     { passed += $4; failed += $6; ignored += $8 }
     END { printf "run.sh: %d passed, %d failed, %d ignored\n", passed, failed, ignored }' || true
-if grep -qE '^(SKIPPED|NOT TESTED)' "$log"; then
+if grep -qaE '^(SKIPPED|NOT TESTED)' "$log"; then
     echo "run.sh: not everything was tested:"
-    grep -E '^(SKIPPED|NOT TESTED)' "$log" | sort -u
+    grep -aE '^(SKIPPED|NOT TESTED)' "$log" | sort -u
 fi
 [ "$status" -eq 0 ] || echo "run.sh: FAILED" >&2
 exit "$status"

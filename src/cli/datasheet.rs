@@ -1,8 +1,8 @@
 //! `servobee datasheet`.
 
-use super::card;
 use super::options::{Options, progress};
 use super::table::{number, table};
+use super::{card, colour};
 use clap::ValueEnum;
 use servobee::card::Card;
 use servobee::diagnose::Sides;
@@ -198,7 +198,7 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
         sheets.push(Sheet::step(&curve, arguments.options.full_scale)?);
     }
     for warning in warnings {
-        eprintln!("servobee: warning: {warning}");
+        colour::warning(warning);
     }
     if sheets.is_empty() {
         return Case::from(arguments.case.unwrap_or(CaseName::D675)).sheets(full_scale, stream);

@@ -1,6 +1,7 @@
 //! `servobee devices`.
 
 use super::table::table;
+use serde_json::{Map, Value, json};
 use servobee::Result;
 use servobee::evaluate::{Choice, CpuEvaluator, Evaluator, Precision, choose, gpu};
 
@@ -9,29 +10,54 @@ use servobee::evaluate::{Choice, CpuEvaluator, Evaluator, Precision, choose, gpu
 #[command(after_help = "Examples:
   servobee devices
   WGPU_BACKEND=vulkan servobee devices")]
-pub(super) struct Arguments {}
+pub(super) struct Arguments {
+    /// Print them as JSON
+    #[arg(long)]
+    json: bool,
+}
 
-pub(super) fn run(_: &Arguments) -> Result<()> {
+/// What is said of an adapter.
+const HEADS: [&str; 9] = [
+    "adapter",
+    "backend",
+    "kind",
+    "driver",
+    "largest buffer",
+    "largest storage binding",
+    "invocations a workgroup",
+    "subgroup size",
+    "timestamp queries",
+];
+
+pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let cpu = CpuEvaluator::new(Precision::F32).describe();
-    println!("{cpu}, {} threads\n", rayon::current_num_threads());
     let adapters = gpu::adapters();
+    if arguments.json {
+        let adapter = |adapter: &wgpu::Adapter| -> Map<String, Value> {
+            let names = HEADS.map(|head| head.replace(' ', "_"));
+            names
+                .into_iter()
+                .zip(properties(adapter).map(Value::from))
+                .collect()
+        };
+        let chosen = choose(Choice::Auto)?;
+        let all = json!({
+            "cpu": cpu,
+            "threads": rayon::current_num_threads(),
+            "adapters": adapters.iter().map(adapter).collect::<Vec<_>>(),
+            "auto": chosen.evaluator.describe(),
+            "auto_reason": chosen.why,
+        });
+        println!("{all:#}");
+        return Ok(());
+    }
+    println!("{cpu}, {} threads\n", rayon::current_num_threads());
     if adapters.is_empty() {
         println!(
             "No GPU adapter. For a GPU install its maker's Vulkan driver; without one, \
              mesa-vulkan-drivers (Debian, Ubuntu, Fedora) or vulkan-swrast (Arch) computes in software.\n"
         );
     } else {
-        let heads = [
-            "adapter",
-            "backend",
-            "kind",
-            "driver",
-            "largest buffer",
-            "largest storage binding",
-            "invocations a workgroup",
-            "subgroup size",
-            "timestamp queries",
-        ];
         // One column an adapter: names and drivers are too long for one line each.
         let columns: Vec<[String; 9]> = adapters.iter().map(properties).collect();
         let row = |(i, head): (usize, &&str)| -> Vec<String> {
@@ -39,8 +65,8 @@ pub(super) fn run(_: &Arguments) -> Result<()> {
             std::iter::once(head.to_string()).chain(cells).collect()
         };
         let table = table(
-            &row((0, &heads[0])),
-            heads.iter().enumerate().skip(1).map(row),
+            &row((0, &HEADS[0])),
+            HEADS.iter().enumerate().skip(1).map(row),
         );
         println!("{table}\n");
     }

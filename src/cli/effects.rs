@@ -6,6 +6,7 @@ use super::plot::scatter;
 use super::table::{number, table};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use comfy_table::{ContentArrangement, Table, presets};
+use serde_json::{Value, json};
 use servobee::model::Output;
 use servobee::model::effects::{CATALOGUE, Effect, Entry};
 use servobee::{Error, Result};
@@ -32,6 +33,9 @@ pub(super) struct Arguments {
     /// Explain this effect; one that is on an output as NAME or NAME.OUTPUT
     #[arg(value_name = "NAME", value_parser = names(), hide_possible_values = true)]
     name: Option<String>,
+    /// Print the list as JSON
+    #[arg(long, conflicts_with = "name")]
+    json: bool,
 }
 
 /// The names of all effects, so that the parser of the call refuses others and suggests the nearest.
@@ -45,10 +49,25 @@ fn names() -> PossibleValuesParser {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.name {
+        None if arguments.json => {
+            println!("{:#}", CATALOGUE.iter().map(described).collect::<Value>())
+        }
         None => println!("{}", list()),
         Some(name) => println!("{}", explain(name)?),
     }
     Ok(())
+}
+
+fn described(entry: &&'static Entry) -> Value {
+    json!({
+        "name": entry.name,
+        "port": entry.port,
+        "summary": entry.summary,
+        "equation": entry.equation,
+        "shows": entry.shows,
+        "confused": entry.confused,
+        "source": entry.source,
+    })
 }
 
 /// Rows of text below heads, wrapped.

@@ -1,8 +1,8 @@
 //! `servobee identify`.
 
-use super::card;
 use super::options::{Options, spinner};
 use super::table::{number, table};
+use super::{card, colour};
 use servobee::card::Card;
 use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, identify};
 use servobee::evaluate::{parameters_for, scale_of, structure_for};
@@ -139,7 +139,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         print(&identified, &document);
     }
     for warning in &document.warnings {
-        eprintln!("servobee: warning: {warning}");
+        colour::warning(warning);
     }
     let files = match output {
         None => Vec::new(),
@@ -212,17 +212,17 @@ fn print_effects(identified: &Identified, document: &Document) {
     let added = &identified.added;
     match identified.verdict {
         Verdict::None => {
-            println!("Verdict: none. The base model lacks nothing that this data shows.")
+            colour::answer("Verdict: none. The base model lacks nothing that this data shows.");
         }
         Verdict::Found => {
             let names: Vec<String> = added.iter().map(|one| one.effect.to_string()).collect();
-            println!(
-                "Verdict: found. The base model lacks {}.",
-                names.join(" and ")
-            );
+            let names = names.join(" and ");
+            colour::answer(format_args!(
+                "Verdict: found. The base model lacks {names}."
+            ));
         }
-        Verdict::Unexplained => println!(
-            "Verdict: unexplained. The base model lacks something that is in no entry of the catalogue."
+        Verdict::Unexplained => colour::answer(
+            "Verdict: unexplained. The base model lacks something that is in no entry of the catalogue.",
         ),
     }
     let error = |side: &ImprovementReport| {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod card;
+pub(crate) mod colour;
 mod completions;
 mod datasheet;
 mod devices;

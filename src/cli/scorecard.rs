@@ -1,5 +1,6 @@
 //! `servobee scorecard`.
 
+use super::colour;
 use super::table::{number, table};
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::diagnose::Identified;
@@ -88,7 +89,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let bar = bar(open.len());
     let result = scorecard::run(&open, plan.seed, threads, |row| {
         if row.outcome == Outcome::Failed {
-            bar.suspend(|| eprintln!("servobee: warning: {}: {}", row.case, row.verdict));
+            bar.suspend(|| colour::warning(format_args!("{}: {}", row.case, row.verdict)));
         }
         bar.set_message(row.case.clone());
         bar.inc(1);

@@ -11,6 +11,9 @@ pub trait Loss: 'static {
     fn of<R: Real>(error: R, size: R) -> R;
 }
 
+/// A loss as a function of one kind of number, and the size of each output's noise.
+pub type SizedLoss<R> = (fn(R, R) -> R, [f64; 3]);
+
 /// A [`Loss`] that a problem has: see [`Problem::with_loss`](super::Problem::with_loss).
 #[derive(Debug, Clone, Copy)]
 pub struct OwnLoss(Readings);

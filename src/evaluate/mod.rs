@@ -7,21 +7,25 @@ mod cpu;
 pub mod gpu;
 mod leaps;
 mod loss;
+#[doc(hidden)]
 pub mod physics;
 mod population;
 pub mod problem;
 pub mod reference;
 mod score;
 mod series;
+#[doc(hidden)]
 pub mod simulate;
+#[doc(hidden)]
 pub mod wgsl;
+#[doc(hidden)]
 pub mod workload;
 
 pub(crate) use arrival::JITTER;
 pub use base::{parameters_for, scale_of, structure_for};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
-pub use loss::{Loss, OwnLoss};
+pub use loss::{Loss, OwnLoss, SizedLoss};
 pub use population::{Cost, Population, Status};
 pub use problem::Problem;
 pub use score::Score;

@@ -1,7 +1,7 @@
 //! What a population is evaluated on: a structure, its parameters, and the data it is compared with.
 
 use super::arrival::JITTER;
-use super::loss::{Loss, OwnLoss};
+use super::loss::{Loss, OwnLoss, SizedLoss};
 use crate::model::integrate::substeps;
 use crate::model::leap::STEPS_OF_A_LEAP;
 use crate::model::{Hold, Output, Parameter, Real, Structure};
@@ -183,7 +183,7 @@ impl Problem {
 
     /// What an error costs where that is not its square, and the size of each output's noise.
     #[inline(always)]
-    pub(super) fn own_loss<R: Real>(&self) -> Option<(fn(R, R) -> R, [f64; 3])> {
+    pub(super) fn own_loss<R: Real>(&self) -> Option<SizedLoss<R>> {
         let loss = self.loss?;
         Some((
             loss.function(),

@@ -3,6 +3,7 @@
 
 use super::arrival::Arrival;
 use super::leaps::{travel, travel_late};
+use super::loss::SizedLoss;
 use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::model::integrate::advance;
 use crate::model::{Hold, Input, Output, Plant, Real, Structure, Valued};
@@ -204,7 +205,7 @@ pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
     structure: &Structure,
     plant: &Plant<R>,
     record: &Series,
-    loss: Option<(fn(R, R) -> R, [f64; 3])>,
+    loss: Option<SizedLoss<R>>,
     mut slice_done: impl FnMut([R; 3]),
     mut diverged: impl FnMut(&[R]) -> bool,
 ) {

@@ -4,7 +4,9 @@ pub mod actuator;
 pub mod effects;
 mod fluid;
 mod free_form;
+#[doc(hidden)]
 pub mod integrate;
+#[doc(hidden)]
 pub mod leap;
 pub mod orifice;
 mod parameter;

@@ -8,6 +8,7 @@
 mod dual;
 mod lanes;
 pub(crate) mod reading;
+#[doc(hidden)]
 pub mod trace;
 
 pub use dual::Dual;

@@ -253,3 +253,7 @@ fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, lef
     let t714 = t701 * t701;
     return Leap(select(t560, ((state.integrator + (t508 * t700)) + ((t513 + (t519 * t700)) * t701)) + (((t525 + (t531 * t700)) + ((t537 + (t543 * t700)) * t701)) * t714), t619 > 0.0), select(t574, ((state.spool + (t495 * t700)) + ((t511 + (t517 * t700)) * t701)) + (((t523 + (t529 * t700)) + ((t535 + (t541 * t700)) * t701)) * t714), t619 > 0.0), select(t618, t618 + (t492 * (1.0f - t700)), t619 > 0.0));
 }
+
+fn loss(error: vec3<f32>) -> vec3<f32> {
+    return vec3<f32>(error.x * error.x, error.y * error.y, error.z * error.z);
+}

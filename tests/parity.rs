@@ -434,8 +434,8 @@ fn a_wrong_shader_is_caught() {
         ("actuator, held", "candidates[0u *", "candidates[1u *"),
         (
             "actuator, held",
-            "sample.weight * error * error",
-            "error * error",
+            "sample.weight * loss(error)",
+            "loss(error)",
         ),
         ("actuator, held", "sum += chunk", "sum = chunk"),
         (

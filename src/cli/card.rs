@@ -9,6 +9,7 @@ pub(super) fn print(figures: &[Figure]) {
         figures.iter().partition(|figure| figure.value.is_some());
     let row = |figure: &&Figure| {
         let interval = match (figure.low, figure.high) {
+            (Some(0.0), Some(0.0)) => "the model has none".into(),
             (Some(low), Some(high)) => format!("{} .. {}", number(low), number(high)),
             _ => "not determined".into(),
         };

@@ -7,7 +7,7 @@ use servobee::card::Card;
 use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, identify};
 use servobee::evaluate::{parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
-use servobee::record::{HOLD_OUT, Mapping, Record};
+use servobee::record::{HOLD_OUT, Mapping, Record, check_mappings};
 use servobee::report::{
     ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile,
     ParameterReport, page,
@@ -67,6 +67,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .collect::<Result<Vec<Record>>>()
     };
     let (records, held_out) = (read(&arguments.records)?, read(&arguments.hold_out)?);
+    let all: Vec<&Record> = records.iter().chain(&held_out).collect();
+    check_mappings(&arguments.map, &all)?;
     for record in &records {
         record.check_excited()?;
     }

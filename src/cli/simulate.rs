@@ -4,7 +4,7 @@ use super::table::{number, table};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{STATE_LIMIT, Score, simulate};
 use servobee::model::Structure;
-use servobee::record::{Mapping, Record};
+use servobee::record::{Mapping, Record, check_mappings};
 use servobee::report::{ModelFile, OutputFile};
 use servobee::{Error, Result};
 use std::path::PathBuf;
@@ -41,6 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let structure = file.complete_structure()?;
     let parameters = file.parameters(structure.parameters())?;
     let record = Record::read(&arguments.record, &arguments.map)?;
+    check_mappings(&arguments.map, &[&record])?;
     let mut series = Series::to_simulate(&record, &structure)?;
     let path = arguments.out.as_ref();
     let file = path.map(|path| OutputFile::create(path, arguments.force));

@@ -28,12 +28,12 @@ fn forty() -> f64 {
 const REFERENCE: f64 = 40.0;
 /// What is added to a viscosity in cSt before its logarithms are taken, and the slope of the second of them over that of
 /// the absolute temperature (Ubbelohde and Walther; ASTM D341): that of mineral oils of viscosity index 100.
-const WALTHER: (f64, f64) = (0.7, 3.45);
+const WALTHER: (f64, f64) = (0.7, 3.49);
 /// Density of VG 32 at 40 °C, kg/m³, by how much it rises with each doubling of the class, and with each kelvin.
 const DENSITY: (f64, f64, f64) = (858.0, 12.0, -0.6);
 
 impl Fluid {
-    /// Kinematic viscosity, cSt: `log log(ν + 0.7) = a − 3.45 log T`, with `a` from the class.
+    /// Kinematic viscosity, cSt: `log log(ν + 0.7) = a − 3.49 log T`, with `a` from the class.
     pub fn viscosity(&self) -> f64 {
         let kelvin = |celsius: f64| celsius + 273.15;
         let ratio = kelvin(self.temperature) / kelvin(REFERENCE);

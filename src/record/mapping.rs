@@ -1,5 +1,6 @@
 //! Renaming the columns of somebody else's file.
 
+use super::Record;
 use super::channel::Channel;
 use super::label::Label;
 use super::table::Table;
@@ -94,6 +95,8 @@ pub(super) struct Sources {
     /// The names of columns that are no channel.
     pub(super) ignored: Vec<String>,
     pub(super) warnings: Vec<String>,
+    /// Columns that mappings name and the table does not have.
+    pub(super) absent: Vec<String>,
 }
 
 impl Sources {
@@ -134,7 +137,7 @@ impl Sources {
             }
         }
         let mut warnings = Vec::new();
-        for Mapping { column, target, .. } in absent {
+        for Mapping { column, target, .. } in &absent {
             let Some(&(index, _)) = taken.get(target) else {
                 let remedy = "let --map name one of these";
                 return Err(table.missing(&format!("{column:?}"), remedy));
@@ -148,6 +151,30 @@ impl Sources {
             taken,
             ignored,
             warnings,
+            absent: absent
+                .iter()
+                .map(|mapping| mapping.column.clone())
+                .collect(),
         })
+    }
+}
+
+/// Refuses a mapping whose column is in none of the files that `records` were read from: it is misspelt.
+///
+/// # Errors
+/// There is one.
+pub fn check_mappings(mappings: &[Mapping], records: &[&Record]) -> Result<()> {
+    let lost = |mapping: &&Mapping| {
+        records
+            .iter()
+            .all(|record| record.absent.contains(&mapping.column))
+    };
+    match mappings.iter().find(lost) {
+        None => Ok(()),
+        Some(Mapping { column, .. }) => Err(Error::input(
+            format!("--map {column:?}"),
+            "is no column of any file",
+            "correct its name; servobee inspect lists the columns of a file",
+        )),
     }
 }

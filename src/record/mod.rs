@@ -17,7 +17,7 @@ mod unit;
 pub use channel::Channel;
 pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
 pub use format::{Dialect, Format};
-pub use mapping::Mapping;
+pub use mapping::{Mapping, check_mappings};
 pub use unit::{Quantity, Unit};
 
 use crate::{Error, Result};
@@ -69,6 +69,8 @@ pub struct Record {
     pub ignored: Vec<String>,
     /// What looks wrong but need not be.
     pub warnings: Vec<String>,
+    /// Columns that mappings name and the file does not have.
+    absent: Vec<String>,
     time: Vec<f64>,
     channels: BTreeMap<Channel, Series>,
 }
@@ -158,6 +160,7 @@ impl Record {
             taken,
             ignored,
             warnings,
+            absent,
         } = Sources::of(table, mappings)?;
         let mut columns = BTreeMap::<Target, Measured>::new();
         for (target, (index, unit)) in taken {
@@ -200,6 +203,7 @@ impl Record {
         let mut record = Self::assembled(&table::stem(&table.path), time.values, channels, ignored);
         record.path = table.path.clone();
         record.warnings.extend(warnings);
+        record.absent = absent;
         Ok(record)
     }
 
@@ -214,6 +218,7 @@ impl Record {
             path: name.into(),
             ignored,
             warnings: time_warnings(&time),
+            absent: Vec::new(),
             time,
             channels,
         }

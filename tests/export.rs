@@ -609,10 +609,13 @@ fn the_simscape_script_leaves_nothing_out() {
         }
     }
     for value in [
-        "'gain', '200.0'",
-        "'time_const', '0.003'",
-        "'saturation', '5.0'",
-        "'area_max', '0.416'",
+        "{'gain'}, '200.0'",
+        "{'time_constant'}, '0.003'",
+        "{'saturation'}, '5.0'",
+        "{'mdl_type_identical', 'mdl_type'}, '1'",
+        "{'area_max'}, '0.416'",
+        "{'C_d'}, '0.7'",
+        "{'x_0_P_A'}, '0.0'",
     ] {
         assert!(text.contains(value), "{value}");
     }

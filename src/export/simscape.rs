@@ -12,9 +12,10 @@ pub fn script(model: &Model) -> String {
     let mut text = format!(
         "%% {}\n% Sets the parameters of two blocks of Simscape Fluids (hydraulics):\n\
          %   actuator  Proportional and Servo-Valve Actuator\n%   valve     4-Way Directional Valve\n\
-         % TO BE CHECKED: the comment at each line is the label in the block's dialog. The parameter names beside it have\n\
-         % not been tried in any release of MATLAB; compare them with fieldnames(get_param(valve, 'DialogParameters')).\n\
-         % A name that a block does not know is reported and skipped.\n\
+         % The parameter names are those of the Hydraulics (Isothermal) library; where releases differ both are there, and the\n\
+         % first that the block knows is set. One that it does not know is reported and skipped. The script was written\n\
+         % without a MATLAB at hand: compare with fieldnames(get_param(valve, 'DialogParameters')). The comment at each line\n\
+         % is the label in the block's dialog.\n\
          % What the blocks cannot represent is listed at the end, with its equations and values.\n\n",
         model.summary()
     );
@@ -31,8 +32,9 @@ pub fn script(model: &Model) -> String {
         None => text += "% No flow is observed: the model has no valve.\n\n",
     }
     text += &missing(model);
-    text += "\nfunction assign(block, name, value)\n    try\n        set_param(block, name, value);\n    catch problem\n        \
-             warning('servobee:parameter', '%s: %s is not set: %s', block, name, problem.message);\n    end\nend\n";
+    text += "\nfunction assign(block, names, value)\n    for k = 1:numel(names)\n        try\n            \
+             set_param(block, names{k}, value);\n            return\n        catch\n        end\n    end\n    \
+             warning('servobee:parameter', '%s: %s is not set', block, strjoin(names, ' or '));\nend\n";
     text
 }
 
@@ -42,8 +44,13 @@ fn value(model: &Model, name: &str) -> f64 {
     found.map_or(0.0, |parameter| parameter.start)
 }
 
-fn assign(text: &mut String, block: &str, name: &str, value: &str, comment: &str) {
-    let _ = writeln!(text, "assign({block}, '{name}', '{value}');   % {comment}");
+/// `names` is what the parameter is called in newer and, behind a blank, in older releases.
+fn assign(text: &mut String, block: &str, names: &str, value: &str, comment: &str) {
+    let names = names.replace(' ', "', '");
+    let _ = writeln!(
+        text,
+        "assign({block}, {{'{names}'}}, '{value}');   % {comment}"
+    );
 }
 
 fn actuator(model: &Model) -> String {
@@ -55,7 +62,11 @@ fn actuator(model: &Model) -> String {
     );
     for (name, parameter, comment) in [
         ("gain", "gain", "Gain, 1/s".to_owned()),
-        ("time_const", "time_constant", "Time constant, s".to_owned()),
+        (
+            "time_constant",
+            "time_constant",
+            "Time constant, s".to_owned(),
+        ),
         ("saturation", "saturation", format!("Saturation, {unit}")),
     ] {
         let number = format!("{:?}", value(model, parameter));
@@ -74,9 +85,14 @@ fn valve(model: &Model, form: &ValveForm) -> String {
     );
     let mut put =
         |name: &str, value: &str, comment: &str| assign(&mut text, "valve", name, value, comment);
+    // The same area for all four orifices; older releases have no choice.
     match &form.area {
         AreaLaw::Linear => {
-            put("mdl_type", "1", "By maximum area and opening");
+            put(
+                "mdl_type_identical mdl_type",
+                "1",
+                "By maximum area and opening",
+            );
             put(
                 "area_max",
                 &format!("{:?}", of("max_area")),
@@ -89,39 +105,51 @@ fn valve(model: &Model, form: &ValveForm) -> String {
         AreaLaw::Table(openings) => {
             let list = |values: Vec<String>| format!("[{}]", values.join(" "));
             let area = |i: usize| format!("{:?}", of(&format!("area_{}", i + 1)));
-            put("mdl_type", "2", "By area vs. opening table");
+            put(
+                "mdl_type_identical mdl_type",
+                "2",
+                "By area vs. opening table",
+            );
             let values = openings
                 .iter()
                 .map(|opening| format!("{opening:?}"))
                 .collect();
-            put("opening_tab", &list(values), "Openings, mm: %");
-            put("opening_tab_unit", "mm", "its unit");
+            put(
+                "opening_area_tab opening_tab",
+                &list(values),
+                "Openings, mm: %",
+            );
+            put("opening_area_tab_unit opening_tab_unit", "mm", "its unit");
             put(
                 "area_tab",
                 &list((0..openings.len()).map(area).collect()),
                 "Areas, cm^2",
             );
             put("area_tab_unit", "cm^2", "its unit");
-            put("interp_method", "1", "Linear interpolation");
             put(
-                "extrap_method",
+                "interp_method_identical interp_method",
+                "1",
+                "Linear interpolation",
+            );
+            put(
+                "extrap_method_identical extrap_method",
                 "2",
                 "Nearest extrapolation: the end value holds",
             );
         }
     }
     put(
-        "flow_dis_coeff",
+        "C_d",
         &format!("{:?}", of("discharge_coefficient")),
         "Flow discharge coefficient",
     );
     put(
-        "area_leak",
+        "A_leak",
         &format!("{:?}", of("leakage_area")),
         "Leakage area, cm^2",
     );
-    put("area_leak_unit", "cm^2", "its unit");
-    for orifice in ["PA", "PB", "AT", "BT"] {
+    put("A_leak_unit", "cm^2", "its unit");
+    for orifice in ["P_A", "P_B", "A_T", "B_T"] {
         let name = format!("x_0_{orifice}");
         put(
             &name,

@@ -115,10 +115,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let output = arguments.options.output()?;
     let sheets = sheets(arguments)?;
     let mut chosen = arguments.options.evaluator()?;
-    let mut files = Vec::new();
     let mut report: Option<Document> = None;
     let mut fitted = Vec::new();
-    let count = sheets.len();
     for sheet in sheets {
         let started = Instant::now();
         let results = fits(&sheet, &mut chosen, arguments)?;
@@ -143,16 +141,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             Some(earlier) => earlier.and(document),
             None => document,
         });
-        let prefix = if count > 1 {
-            format!("{}_", sheet.quantity.0)
-        } else {
-            String::new()
-        };
-        files.push((
-            format!("{prefix}model.toml"),
-            model_toml(&sheet.problem, best),
-        ));
-        files.push((format!("{prefix}points.csv"), points_csv(&sheet, best)));
         fitted.push((sheet, results));
     }
     let report = report.expect("at least one sheet");
@@ -160,13 +148,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         println!();
         card::print(&report.card);
     }
-    files.insert(0, ("report.html".into(), datasheet_page(&fitted, &report)));
-    files.insert(0, ("report.json".into(), report.to_json()));
-    let files: Vec<(&str, String)> = files
-        .iter()
-        .map(|(name, text)| (name.as_str(), text.clone()))
-        .collect();
-    arguments.options.hand_over(&report, output, &files)
+    arguments
+        .options
+        .hand_over(&report, output, || files(&fitted, &report))
+}
+
+/// The files of the fitted sheets: a report of all, and a model and its points for each.
+fn files(fitted: &[(Sheet, Vec<(&'static str, Fit)>)], report: &Document) -> Vec<(String, String)> {
+    let mut files = vec![
+        ("report.json".into(), report.to_json()),
+        ("report.html".into(), datasheet_page(fitted, report)),
+    ];
+    for (sheet, results) in fitted {
+        let (_, best) = results.last().expect("every sheet is fitted");
+        let prefix = match fitted.len() {
+            1 => String::new(),
+            _ => format!("{}_", sheet.quantity.0),
+        };
+        files.push((
+            format!("{prefix}model.toml"),
+            model_toml(&sheet.problem, best),
+        ));
+        files.push((format!("{prefix}points.csv"), points_csv(sheet, best)));
+    }
+    files
 }
 
 fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {

@@ -143,16 +143,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     for warning in &document.warnings {
         colour::warning(warning);
     }
-    let files = match output {
-        None => Vec::new(),
-        Some(_) => vec![
-            ("report.json", document.to_json()),
-            ("report.html", page(&identified, &document, &card)),
-            ("model.toml", model_toml(&identified)),
-            ("residual.csv", residual_csv(&identified)),
-        ],
-    };
-    arguments.options.hand_over(&document, output, &files)
+    arguments.options.hand_over(&document, output, || {
+        vec![
+            ("report.json".into(), document.to_json()),
+            ("report.html".into(), page(&identified, &document, &card)),
+            ("model.toml".into(), model_toml(&identified)),
+            ("residual.csv".into(), residual_csv(&identified)),
+        ]
+    })
 }
 
 fn share(text: &str) -> std::result::Result<f64, String> {

@@ -38,20 +38,22 @@ impl Options {
         !self.json && !self.quiet
     }
 
-    /// Prints the report where that is asked for, writes the `files`, and says where they are.
+    /// Prints the report where that is asked for; makes and writes the `files` where there is a folder for them, and says
+    /// where they are.
     pub(super) fn hand_over(
         &self,
         report: &Document,
         output: Option<OutputFolder>,
-        files: &[(&str, String)],
+        files: impl FnOnce() -> Vec<(String, String)>,
     ) -> Result<()> {
         if self.json {
             print!("{}", report.to_json());
         }
         let Some(output) = output else { return Ok(()) };
-        output.write(files)?;
+        let files = files();
+        output.write(&files)?;
         if self.talks() {
-            let names: Vec<&str> = files.iter().map(|file| file.0).collect();
+            let names: Vec<&str> = files.iter().map(|file| file.0.as_str()).collect();
             let folder = output.path().display();
             println!("\nWritten to {folder}: {}", names.join(", "));
         }

@@ -56,7 +56,7 @@ impl OutputFolder {
     ///
     /// # Errors
     /// If the disk refuses.
-    pub fn write(&self, files: &[(&str, String)]) -> Result<()> {
+    pub fn write(&self, files: &[(String, String)]) -> Result<()> {
         let attempt = || -> std::io::Result<()> {
             let aside = tempfile::Builder::new()
                 .prefix(".servobee-")

@@ -78,6 +78,15 @@ pub(super) enum Key {
     Area,
 }
 
+/// The legend's lines of the base model and, where something was added to it, of the result.
+pub(super) fn before_and_after(changed: bool) -> Vec<(Role, Key, &'static str)> {
+    let before = |label| (Role::Before, Key::Line, label);
+    match changed {
+        true => vec![before("before"), (Role::After, Key::Line, "after")],
+        false => vec![before("base model")],
+    }
+}
+
 /// A line of marks and their names.
 pub(super) fn legend(entries: &[(Role, Key, &str)]) -> Markup {
     html! {

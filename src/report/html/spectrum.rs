@@ -1,7 +1,7 @@
 //! The residual over frequency.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, Role, before_and_after, figure, legend};
 use super::plot::{Mark, Panel};
 use super::rows::Rows;
 use crate::diagnose::{Identified, spectral_density};
@@ -60,14 +60,7 @@ pub(super) fn of(identified: &Identified, output: Output, rows: &Rows) -> Markup
         y,
         marks,
     };
-    let mut entries = vec![(
-        Role::Before,
-        Key::Line,
-        if changed { "before" } else { "base model" },
-    )];
-    if changed {
-        entries.push((Role::After, Key::Line, "after"));
-    }
+    let mut entries = before_and_after(changed);
     entries.push((Role::Noise, Key::Line, "white noise of the floor's size"));
     let caption = html! {
         "Where over frequency the " (channel) "'s residual lies (amplitude spectral density, averaged over segments). What stands "

@@ -1,7 +1,7 @@
 //! Measured and simulated over time, and what they differ by.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, Role, before_and_after, figure, legend};
 use super::plot::{Mark, Panel};
 use super::rows::{Part, Rows};
 use super::words;
@@ -156,14 +156,7 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
             }
         })
         .collect();
-    let mut entries = vec![(
-        Role::Before,
-        Key::Line,
-        if changed { "before" } else { "base model" },
-    )];
-    if changed {
-        entries.push((Role::After, Key::Line, "after"));
-    }
+    let mut entries = before_and_after(changed);
     entries.push((Role::Noise, Key::Line, "twice the noise floor"));
     entries.push((Role::HeldOut, Key::Area, "held out"));
     let caption = html! {

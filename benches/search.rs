@@ -15,6 +15,7 @@ use servobee::model::Parameter;
 use servobee::rig::Setup;
 use servobee::search::datasheet::{Case, FULL_SCALE};
 use servobee::search::{Bees, Fit, Plan, Settings, Start, fit, fit_all};
+use std::ops::ControlFlow;
 
 const GENERATIONS: usize = 20;
 /// Fits one after another and together.
@@ -81,7 +82,10 @@ fn datasheet(criterion: &mut Criterion) {
         let mut evaluator = CpuEvaluator::new(precision);
         group.bench_function(format!("d675 response, paper, CPU {name}"), |bencher| {
             bencher.iter(|| {
-                fit(black_box(problem), &mut evaluator, &plan, &mut |_| {}).expect("a fit")
+                fit(black_box(problem), &mut evaluator, &plan, &mut |_| {
+                    ControlFlow::Continue(())
+                })
+                .expect("a fit")
             });
         });
     }
@@ -101,9 +105,11 @@ fn record(criterion: &mut Criterion) {
     let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
     let mut evaluator = CpuEvaluator::new(Precision::F32);
     let plan = Plan::of_records(1);
-    let gain = fit(&problem, &mut evaluator, &plan, &mut |_| {})
-        .expect("a fit")
-        .values()[0];
+    let gain = fit(&problem, &mut evaluator, &plan, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .expect("a fit")
+    .values()[0];
     assert!(
         (gain / setup.valve.gain - 1.0).abs() < 0.05,
         "the fit finds the gain, not {gain}"
@@ -114,8 +120,12 @@ fn record(criterion: &mut Criterion) {
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(5));
     group.bench_function("record of 2000 rows, spool and flow", |bencher| {
-        bencher
-            .iter(|| fit(black_box(&problem), &mut evaluator, &plan, &mut |_| {}).expect("a fit"));
+        bencher.iter(|| {
+            fit(black_box(&problem), &mut evaluator, &plan, &mut |_| {
+                ControlFlow::Continue(())
+            })
+            .expect("a fit")
+        });
     });
 }
 
@@ -126,12 +136,17 @@ fn many(criterion: &mut Criterion) {
     let plans: Vec<Plan> = (0..FITS).map(paper).collect();
     let tasks: Vec<(&Problem, &Plan)> = problems.iter().zip(&plans).collect();
     let apart = |evaluator: &mut dyn Evaluator| -> Vec<Fit> {
-        let one = |(problem, plan): &(&Problem, &Plan)| fit(problem, evaluator, plan, &mut |_| {});
+        let one = |(problem, plan): &(&Problem, &Plan)| {
+            fit(problem, evaluator, plan, &mut |_| ControlFlow::Continue(()))
+        };
         let fits: servobee::Result<_> = tasks.iter().map(one).collect();
         fits.expect("fits")
     };
     let together = |evaluator: &mut dyn Evaluator| {
-        fit_all(black_box(&tasks), evaluator, &mut |_| {}).expect("fits")
+        fit_all(black_box(&tasks), evaluator, &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .expect("fits")
     };
     let mut group = criterion.benchmark_group(format!("{FITS} fits"));
     group

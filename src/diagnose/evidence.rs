@@ -10,6 +10,7 @@ use crate::model::{Output, Parameter, Signal, Structure};
 use crate::search::polish::{PolishOptions, polish};
 use crate::search::{self, Bees, Settings, Swarm};
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
@@ -199,6 +200,7 @@ impl Evidence {
         problems: &[Problem],
         settings: Settings,
         evaluator: &mut dyn Evaluator,
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<(Vec<Problem>, usize)> {
         let mut swarms = Vec::new();
         for problem in problems {
@@ -206,7 +208,7 @@ impl Evidence {
             let bees = Bees::new(&problem.free(), settings, start, self.seed)?;
             swarms.push(Swarm { problem, bees });
         }
-        search::forage(&mut swarms, evaluator, &mut |_| {})?;
+        search::forage(&mut swarms, evaluator, progress)?;
         let found = |&Swarm { problem, ref bees }: &Swarm| {
             let mut found = problem.clone();
             let best = bees.best().0;

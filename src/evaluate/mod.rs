@@ -2,6 +2,8 @@
 
 mod arrival;
 mod base;
+#[doc(hidden)]
+pub mod checkpoint;
 mod choose;
 mod cpu;
 pub mod gpu;
@@ -23,6 +25,7 @@ pub mod workload;
 
 pub(crate) use arrival::JITTER;
 pub use base::{parameters_for, scale_of, structure_for};
+pub use checkpoint::{Checkpoint, Checkpointed, Fingerprint};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use loss::{Loss, OwnLoss, SizedLoss};
@@ -63,5 +66,10 @@ pub trait Evaluator {
             population,
         }];
         Ok(self.costs_of(&jobs)?.pop().expect("one list for one job"))
+    }
+
+    /// What its user has to be told of the calls since this was asked last: a device that failed, and what took over.
+    fn take_warnings(&mut self) -> Vec<String> {
+        Vec::new()
     }
 }

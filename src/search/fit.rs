@@ -10,6 +10,7 @@ use crate::evaluate::problem::{Data, Problem};
 use crate::evaluate::{Cost, Evaluator, reference};
 use crate::model::Parameter;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 impl LeastSquares for Problem {
     fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
@@ -110,7 +111,7 @@ impl Fit {
 }
 
 /// Searches `problem` with bees on `evaluator`, and polishes the best candidate in f64 where the plan says so.
-/// `progress` is told each generation that is done.
+/// `progress` is told each generation that is done, and may break off the search: the best until then is the result.
 ///
 /// # Errors
 /// If the settings are refused, the evaluator fails, or every candidate diverges.
@@ -118,7 +119,7 @@ pub fn fit(
     problem: &Problem,
     evaluator: &mut dyn Evaluator,
     plan: &Plan,
-    progress: &mut dyn FnMut(usize),
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<Fit> {
     let fits = fit_all(&[(problem, plan)], evaluator, progress)?;
     Ok(fits.into_iter().next().expect("one fit for one problem"))
@@ -126,14 +127,14 @@ pub fn fit(
 
 /// Fits every problem by its plan, all at once: the bees [`forage`] together, and then the polishes share the CPU's
 /// cores. Each fit is what [`fit`] would make of it alone. One problem with several seeds is a search with restarts.
-/// `progress` is told each generation that is done.
+/// `progress` is told each generation that is done, and may break off the search: the best until then is the result.
 ///
 /// # Errors
 /// As [`fit`]; of several errors, that of the first problem.
 pub fn fit_all(
     tasks: &[(&Problem, &Plan)],
     evaluator: &mut dyn Evaluator,
-    progress: &mut dyn FnMut(usize),
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<Vec<Fit>> {
     let mut swarms = Vec::new();
     for &(problem, plan) in tasks {

@@ -9,7 +9,8 @@ use std::time::Duration;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use servobee::evaluate::problem::{Data, Series, Stream};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Precision, Problem, parameters_for, structure_for, workload,
+    Cost, CpuEvaluator, Evaluator, Memory, Precision, Problem, parameters_for, structure_for,
+    workload,
 };
 use servobee::model::Parameter;
 use servobee::rig::Setup;
@@ -63,6 +64,7 @@ fn paper(seed: u64) -> Plan {
         seed,
         polish: false,
         coloured: false,
+        memory: Memory::default(),
     }
 }
 

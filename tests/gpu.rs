@@ -7,7 +7,9 @@ mod common;
 
 use common::{Record, case, problem, random};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator};
-use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Population, Precision, Problem};
+use servobee::evaluate::{
+    Cost, CpuEvaluator, Evaluator, Job, Memory, Population, Precision, Problem,
+};
 use servobee::search::{Plan, Settings, Start, fit, fit_all};
 use std::ops::ControlFlow;
 
@@ -108,6 +110,7 @@ fn plan(generations: usize, seed: u64, polish: bool) -> Plan {
         seed,
         polish,
         coloured: false,
+        memory: Memory::default(),
     }
 }
 

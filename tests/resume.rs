@@ -202,7 +202,7 @@ fn an_interrupt_ends_with_what_is_known_and_the_run_can_be_gone_on_with() {
         let ran = servobee(folder.path(), &[call, &["--resume"]].concat());
         assert!(ran.status.success(), "{ran:?}");
         let printed = String::from_utf8(ran.stdout).unwrap();
-        assert!(printed.contains("Going on after "), "{printed}");
+        assert!(printed.contains("Going on with "), "{printed}");
         assert_same(&results(folder.path()), &expected, name);
         assert_eq!(names(folder.path()), ["bench.csv", "out"]);
     }

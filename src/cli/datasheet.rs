@@ -9,7 +9,7 @@ use servobee::diagnose::Sides;
 use servobee::diagnose::Verdict;
 use servobee::evaluate::Score;
 use servobee::evaluate::problem::Stream;
-use servobee::evaluate::{Chosen, Evaluator, Fingerprint, Problem};
+use servobee::evaluate::{Chosen, Evaluator, Fingerprint, Memory, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
 use servobee::report::ModelFile;
 use servobee::report::{
@@ -118,18 +118,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut fingerprint = Fingerprint::default();
     fingerprint.text("datasheet");
     for sheet in &sheets {
-        let plans = plans(sheet, arguments);
+        let plans = plans(sheet, arguments, &Memory::default());
         fingerprint.text(&format!("{:?} {plans:?}", sheet.problem));
     }
-    let mut work = arguments.options.begin(fingerprint.finish())?;
+    let work = arguments.options.begin(fingerprint.finish())?;
     let mut report: Option<Document> = None;
     let mut fitted = Vec::new();
     let mut broken_off = None;
     for sheet in sheets {
         let started = Instant::now();
-        let (results, mut warnings) =
-            work.run(&mut chosen, |evaluator| fits(&sheet, evaluator, arguments))?;
-        let (_, longest) = plans(&sheet, arguments).pop().expect("three plans");
+        let (results, mut warnings) = work.run(&mut chosen, |evaluator| {
+            fits(&sheet, evaluator, arguments, &work.memory)
+        })?;
+        let (_, longest) = plans(&sheet, arguments, &Memory::default())
+            .pop()
+            .expect("three plans");
         let (_, found) = results.last().expect("every sheet is fitted");
         if found.search.history.len() <= longest.settings.itr {
             let stage = format!(
@@ -239,7 +242,7 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
 }
 
 /// The paper's settings from both starts, and a large search with polish, which is the result.
-fn plans(sheet: &Sheet, arguments: &Arguments) -> Vec<(&'static str, Plan)> {
+fn plans(sheet: &Sheet, arguments: &Arguments, memory: &Memory) -> Vec<(&'static str, Plan)> {
     let paper = arguments.ngh.paper();
     let plan = |settings, start, polish| Plan {
         settings,
@@ -247,6 +250,7 @@ fn plans(sheet: &Sheet, arguments: &Arguments) -> Vec<(&'static str, Plan)> {
         seed: arguments.options.seed,
         polish,
         coloured: false,
+        memory: memory.clone(),
     };
     let hand_set = Start::Near(sheet.problem.start());
     vec![
@@ -269,8 +273,9 @@ fn fits(
     sheet: &Sheet,
     evaluator: &mut dyn Evaluator,
     arguments: &Arguments,
+    memory: &Memory,
 ) -> Result<Vec<(&'static str, Fit)>> {
-    let plans = plans(sheet, arguments);
+    let plans = plans(sheet, arguments, memory);
     let generations = plans.iter().map(|(_, plan)| plan.settings.itr).max();
     let (bar, mut tick) = progress(&sheet.title, generations.expect("three plans"));
     let tasks: Vec<_> = plans

@@ -115,7 +115,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     drop((records, held_out));
 
     let mut chosen = arguments.options.evaluator()?;
-    let plan = Plan::of_records(arguments.options.seed);
+    let mut plan = Plan::of_records(arguments.options.seed);
     let effects = entries.iter().flat_map(|entry| entry.on(&structure));
     let options = diagnose::Options {
         effects: effects.collect(),
@@ -128,7 +128,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     for series in measurements.fit.iter().chain(&measurements.hold_out) {
         tell_of(&mut fingerprint, series);
     }
-    let mut work = arguments.options.begin(fingerprint.finish())?;
+    let work = arguments.options.begin(fingerprint.finish())?;
+    plan.memory = work.memory.clone();
     let bar = spinner();
     let result = work.run(&mut chosen, |evaluator| {
         identify(

@@ -1,14 +1,15 @@
 //! A long run: its evaluator, and the checkpoint from which it goes on if it is cut off.
 
-use super::interrupt;
 use super::options::Options;
-use servobee::evaluate::{Checkpoint, Checkpointed, Chosen, Evaluator};
+use super::{colour, interrupt};
+use servobee::evaluate::{Checkpoint, Chosen, Evaluator, Memory, Remembering};
 use servobee::{Error, Result};
 use std::path::PathBuf;
 
 /// A long run.
 pub(super) struct Work {
-    checkpoint: Option<Checkpoint>,
+    /// What it remembers, for its searches.
+    pub(super) memory: Memory,
 }
 
 impl Options {
@@ -35,13 +36,15 @@ impl Options {
             && self.talks()
         {
             tell!(
-                "Going on after {} generations, from {}",
-                checkpoint.calls(),
+                "Going on with {} results from {}",
+                checkpoint.results(),
                 checkpoint.path().display()
             );
         }
         interrupt::watch()?;
-        Ok(Work { checkpoint })
+        Ok(Work {
+            memory: checkpoint.map(Memory::from).unwrap_or_default(),
+        })
     }
 
     /// Where the checkpoint lies: beside the folder of results, unless it is named.
@@ -60,61 +63,59 @@ impl Work {
     /// # Errors
     /// As `run`. Where the run failed after a while, the remedy names the checkpoint.
     pub(super) fn run<T>(
-        &mut self,
+        &self,
         chosen: &mut Chosen,
         run: impl FnOnce(&mut dyn Evaluator) -> Result<T>,
     ) -> Result<(T, Vec<String>)> {
-        let evaluator = chosen.evaluator.as_mut();
-        let Some(checkpoint) = &mut self.checkpoint else {
-            let result = run(evaluator)?;
-            return Ok((result, evaluator.take_warnings()));
-        };
-        let mut evaluator = Checkpointed::new(evaluator, checkpoint);
+        let mut evaluator = Remembering::new(chosen.evaluator.as_mut(), self.memory.clone());
         let result = run(&mut evaluator);
-        let warnings = evaluator.take_warnings();
+        let mut warnings = evaluator.take_warnings();
+        warnings.extend(self.memory.failure());
         match result {
             Ok(result) => Ok((result, warnings)),
-            Err(error) => Err(self.failed(error)),
+            Err(error) => {
+                warnings.iter().for_each(colour::warning);
+                Err(self.failed(error))
+            }
         }
     }
 
     /// Ends the run: its results are written. `broken_off` says where it was interrupted, if it was.
     ///
     /// # Errors
-    /// If it was, and with what it can be gone on from.
+    /// If it was, and how it can be gone on with.
     pub(super) fn end(self, broken_off: Option<&str>) -> Result<()> {
-        match (broken_off, self.checkpoint) {
-            (None, None) => Ok(()),
-            (None, Some(checkpoint)) => checkpoint.remove(),
-            (Some(stage), None) => Err(Error::failed(
-                format!("interrupted in \"{stage}\": what it says is what was known then"),
-                "give it an --out or --checkpoint to go on from another time",
-            )),
-            (Some(stage), Some(checkpoint)) => Err(Error::failed(
-                format!("interrupted in \"{stage}\": what it says is what was known then"),
-                format!(
+        let Some(stage) = broken_off else {
+            return self.memory.forget();
+        };
+        Err(Error::failed(
+            format!("interrupted in \"{stage}\": what it says is what was known then"),
+            match self.memory.kept() {
+                Some(path) => format!(
                     "add --resume to go on; {} has what was computed",
-                    checkpoint.path().display()
+                    path.display()
                 ),
-            )),
-        }
+                None => "give it an --out or --checkpoint to go on from another time".into(),
+            },
+        ))
     }
 
     /// `error` with the way to go on. Where nothing was computed, nothing is left behind.
-    fn failed(&mut self, error: Error) -> Error {
-        match (error, self.checkpoint.take()) {
-            (Error::Failed { problem, remedy }, Some(checkpoint)) if checkpoint.holds_work() => {
-                let path = checkpoint.path().display();
-                let remedy =
-                    format!("{remedy}; --resume goes on with what was computed, in {path}");
-                Error::Failed { problem, remedy }
-            }
-            (error @ Error::Failed { .. }, Some(checkpoint)) => {
+    fn failed(&self, error: Error) -> Error {
+        let Error::Failed { problem, remedy } = error else {
+            return error;
+        };
+        let remedy = match self.memory.kept() {
+            Some(path) => format!(
+                "{remedy}; --resume goes on with what was computed, in {}",
+                path.display()
+            ),
+            None => {
                 // That the run failed matters more than that an empty file stays.
-                let _ = checkpoint.remove();
-                error
+                let _ = self.memory.forget();
+                remedy
             }
-            (error, _) => error,
-        }
+        };
+        Error::Failed { problem, remedy }
     }
 }

@@ -350,17 +350,8 @@ impl<'a, 'b> Search<'a, 'b> {
         round: usize,
     ) -> Result<Option<Model>> {
         let single = screening.effects.first().map_or(0.0, |best| best.promise);
-        let promising: Vec<[&Screened; 2]> = screening
-            .pairs()
-            .into_iter()
-            .filter(|(pair, share)| {
-                *share > LEAST_OF_COST.max(1.2 * single)
-                    && pair.iter().any(|one| one.p_value <= LEVEL)
-            })
-            .take(REFITTED.1)
-            .map(|(pair, _)| pair)
-            .collect();
         self.stage.begins(&format!("round {round}: pairs"));
+        let promising = screening.pairs(LEAST_OF_COST.max(1.2 * single), REFITTED.1);
         let models: Vec<Model> = promising
             .into_par_iter()
             .filter_map(|[first, second]| {

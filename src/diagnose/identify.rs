@@ -9,12 +9,12 @@ use super::stage::Stage;
 use super::verdict::Grounds;
 use super::{Added, Considered, Improvement, Noise, Remaining, Residuals, Verdict};
 use super::{improvement, noise_floor, remaining};
-use crate::Result;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem, Score, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Parameter, Structure};
 use crate::search::{Fit, Plan, fit, refine};
+use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -113,13 +113,34 @@ impl Identified {
     pub fn changed(&self) -> bool {
         !self.added.is_empty() || self.free_form.is_some()
     }
+
+    /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator.
+    fn check_integration(&self) -> Result<()> {
+        for &output in &self.after.problem.structure.observed {
+            let name = output.name();
+            let range = variance(&self.measurements.fit, output).sqrt();
+            let floor = self.noise[name].value.max(SMALLEST_NOISE * range);
+            let change = self.integration_error[name];
+            if change > floor {
+                let unit = self.after.problem.structure.unit(output);
+                return Err(Error::failed(
+                    format!(
+                        "halving the integration steps changes the {name} by up to {change:.3e} {unit}, which is more than \
+                         its noise of {floor:.3e} {unit}"
+                    ),
+                    "raise the upper bound of the fastest parameter with --model: the steps follow from the bounds",
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Fits `structure` to the measurements, finds out which effects it lacks, and looks at the residual. `progress` is told
 /// each stage and generation, and may break off: the result is then what is known so far.
 ///
 /// # Errors
-/// If the search fails: see [`fit`].
+/// If the search fails: see [`fit`]; or the integrator errs by more than the noise.
 #[allow(clippy::too_many_arguments, reason = "each is a part of the question")]
 pub fn identify(
     structure: Structure,
@@ -170,6 +191,7 @@ pub fn identify(
         }
     }
     result.evaluations = evaluations;
+    result.check_integration()?;
     Ok(result)
 }
 
@@ -215,7 +237,7 @@ impl Diagnosis<'_> {
         evaluations += polished.evaluations;
         let before = Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
 
-        let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan.seed);
+        let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan);
         let base = evidence.start_from(&before);
         let mut attribution = None;
         if options.any()
@@ -440,7 +462,7 @@ impl Fitted {
 
 impl Evidence {
     /// The measurements in units of the noise by which `before` was fitted, in steps that suit its rates.
-    fn new(before: &Fitted, measurements: &Measurements, sizes: Scale, seed: u64) -> Self {
+    fn new(before: &Fitted, measurements: &Measurements, sizes: Scale, plan: &Plan) -> Self {
         let mut near = before.problem.parameters.clone();
         for (parameter, &value) in near.iter_mut().zip(&before.values) {
             parameter.low = parameter.low.max(value / HEADROOM);
@@ -460,7 +482,8 @@ impl Evidence {
             scale: before.problem.scale,
             sizes,
             base: before.problem.parameters.clone(),
-            seed,
+            seed: plan.seed,
+            memory: plan.memory.clone(),
         }
     }
 

@@ -6,8 +6,9 @@ use crate::model::Structure;
 use crate::record::{HOLD_OUT, Record};
 use std::ops::Range;
 
-/// Most rows that are diagnosed unless that is asked for: more would take hours, and say no more of a dozen parameters.
-pub const ROWS: usize = 1_000_000;
+/// Most rows that are diagnosed unless more are asked for: a diagnosis of these takes minutes, and more rows say little more of
+/// a dozen parameters.
+pub const ROWS: usize = 250_000;
 
 /// A stretch of a record too long to be used whole has at least about so many rows.
 const STRETCH: usize = 4096;

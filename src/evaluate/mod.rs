@@ -25,7 +25,7 @@ pub mod workload;
 
 pub(crate) use arrival::JITTER;
 pub use base::{parameters_for, scale_of, structure_for};
-pub use checkpoint::{Checkpoint, Checkpointed, Fingerprint};
+pub use checkpoint::{Checkpoint, Fingerprint, Memory, Remembering};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use loss::{Loss, OwnLoss, SizedLoss};

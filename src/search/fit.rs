@@ -7,7 +7,7 @@ use super::polish::{
 use super::{Bees, Settings, Start, Swarm, forage};
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem};
-use crate::evaluate::{Cost, Evaluator, reference};
+use crate::evaluate::{Cost, Evaluator, Fingerprint, Memory, reference};
 use crate::model::Parameter;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
@@ -36,6 +36,8 @@ pub struct Plan {
     /// Whether consecutive residuals resemble each other, as those of a record do, so that each says less than an
     /// independent one; the points of a curve are taken as independent.
     pub coloured: bool,
+    /// Remembers the polishes; the costs are remembered by the evaluator, [`Remembering`](crate::evaluate::Remembering).
+    pub memory: Memory,
 }
 
 impl Plan {
@@ -50,6 +52,7 @@ impl Plan {
             seed,
             polish: true,
             coloured: true,
+            memory: Memory::default(),
         }
     }
 }
@@ -181,12 +184,15 @@ fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
         false => None,
         true => {
             let mut problem = problem.clone();
-            let polished = polish(
-                &mut problem,
-                &free,
-                &search.values,
-                &PolishOptions::default(),
-            )?;
+            let key = || {
+                let mut fingerprint = Fingerprint::default();
+                fingerprint.text("polish").problem(&problem);
+                fingerprint.values(&search.values).finish()
+            };
+            let polished = plan.memory.try_once(key, || {
+                let options = PolishOptions::default();
+                polish(&mut problem.clone(), &free, &search.values, &options)
+            })?;
             evaluations += polished.evaluations;
             let inflation = if plan.coloured {
                 inflation(&problem, &polished.values)

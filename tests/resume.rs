@@ -165,6 +165,56 @@ fn a_datasheet_fit_that_is_killed_goes_on_to_the_same_bytes() {
     kill_at_random(DATASHEET, kills() / 2, 2);
 }
 
+#[test]
+fn a_scorecard_that_is_killed_goes_on_where_it_was() {
+    let call = [
+        "scorecard",
+        "--groups",
+        "single",
+        "--only",
+        "delay",
+        "--threads",
+        "1",
+        "--out",
+        "cases.csv",
+    ];
+    let rows = |folder: &Path| -> Vec<String> {
+        let text = String::from_utf8(read(folder.join("cases.csv")).unwrap()).unwrap();
+        let mut lines = text.lines();
+        let heads: Vec<&str> = lines.next().unwrap().split(',').collect();
+        let timed = heads
+            .iter()
+            .position(|head| *head == "seconds")
+            .expect("a column of times");
+        let without_time = |line: &str| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            cells.remove(timed);
+            cells.join(",")
+        };
+        lines.map(without_time).collect()
+    };
+    let whole = bench();
+    let begun = Instant::now();
+    assert!(servobee(whole.path(), &call).status.success());
+    let took = begun.elapsed();
+    let expected = rows(whole.path());
+    assert!(expected.len() > 4, "{expected:?}");
+
+    let folder = bench();
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    for attempt in 0.. {
+        let mut child = start(folder.path(), &call, &["--resume"]);
+        if attempt < kills() / 2 {
+            sleep(took.mul_f64(rng.random_range(0.0..0.5)));
+            child.kill().unwrap();
+        }
+        if child.wait_with_output().unwrap().status.success() {
+            break;
+        }
+    }
+    assert_eq!(rows(folder.path()), expected);
+}
+
 /// A run that a signal has reached after its checkpoint had so many bytes.
 fn interrupted(folder: &Path, call: &[&str], name: &str, bytes: u64) -> Output {
     let child = start(folder, call, &[]);

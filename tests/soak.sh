@@ -29,11 +29,7 @@ load_part() {
 
 fuzz_part() {
     cargo fuzz --version > /dev/null 2>&1 || { missing fuzz "cargo-fuzz (cargo install cargo-fuzz)"; return; }
-    local seconds=${SERVOBEE_FUZZ_SECONDS:-3600} target
-    for target in $(cargo fuzz list --fuzz-dir tests/fuzz); do
-        echo "soak.sh: fuzzing $target for $seconds s"
-        bash tests/fuzz/run.sh "$target" "$seconds"
-    done
+    bash tests/fuzz/run.sh "${SERVOBEE_FUZZ_SECONDS:-3600}"
 }
 
 mutants_part() {

@@ -6,7 +6,7 @@
 mod common;
 
 use common::{Record, case, problem, random};
-use servobee::evaluate::gpu::{Checks, GpuEvaluator};
+use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Population, Precision, Problem};
 use servobee::search::{Plan, Settings, Start, fit, fit_all};
 
@@ -273,7 +273,7 @@ fn data_stay_on_the_device() {
         assert_eq!(gpu.timings().uploaded, 0);
     }
     // What a device has had is lost with it.
-    gpu.lose_device(0, 1);
+    gpu.let_fail(Mishap::Lost, 0, 1);
     gpu.costs(jobs[0].problem, jobs[0].population)
         .expect("costs");
     assert!((1..first).contains(&gpu.timings().uploaded));
@@ -287,7 +287,7 @@ fn a_lost_device_is_replaced_and_changes_no_cost() {
     gpu.limit_submissions(1e-9);
     let reference = gpu.costs(&problem, &population).expect("costs");
     for (after, times) in [(0, 1), (1, 1), (7, 2), (0, 4)] {
-        gpu.lose_device(after, times);
+        gpu.let_fail(Mishap::Lost, after, times);
         let costs = gpu
             .costs(&problem, &population)
             .expect("costs from another device");
@@ -300,12 +300,12 @@ fn a_device_that_is_always_lost_is_an_error() {
     let Some(mut gpu) = gpu() else { return };
     let problem = case("actuator, held").problem;
     let population = random(&problem, 40, 5);
-    gpu.lose_device(0, u32::MAX);
+    gpu.let_fail(Mishap::Lost, 0, u32::MAX);
     let error = gpu.costs(&problem, &population).expect_err("no device");
     assert_eq!(error.exit_code(), 1);
     assert!(error.to_string().contains("--evaluator cpu"), "{error}");
     // Not for ever: what was lost is replaced at the next call.
-    gpu.lose_device(0, 0);
+    gpu.let_fail(Mishap::Lost, 0, 0);
     assert!(gpu.costs(&problem, &population).is_ok());
 }
 

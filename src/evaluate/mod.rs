@@ -16,6 +16,7 @@ mod score;
 mod series;
 #[doc(hidden)]
 pub mod simulate;
+mod warnings;
 #[doc(hidden)]
 pub mod wgsl;
 #[doc(hidden)]
@@ -63,5 +64,10 @@ pub trait Evaluator {
             population,
         }];
         Ok(self.costs_of(&jobs)?.pop().expect("one list for one job"))
+    }
+
+    /// What a user should know of the calls so far, and was not told yet: devices that failed, and what went on instead.
+    fn take_warnings(&mut self) -> Vec<String> {
+        Vec::new()
     }
 }

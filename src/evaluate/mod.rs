@@ -5,12 +5,15 @@ mod base;
 mod choose;
 mod cpu;
 pub mod gpu;
+mod guard;
+mod judgement;
 mod leaps;
 mod loss;
 #[doc(hidden)]
 pub mod physics;
 mod population;
 pub mod problem;
+mod referee;
 pub mod reference;
 mod score;
 mod series;
@@ -26,9 +29,12 @@ pub(crate) use arrival::JITTER;
 pub use base::{parameters_for, scale_of, structure_for};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
+pub use guard::{Guarded, Standby};
+pub use judgement::PARITY;
 pub use loss::{Loss, OwnLoss, SizedLoss};
 pub use population::{Cost, Population, Status};
 pub use problem::Problem;
+pub use referee::Care;
 pub use score::Score;
 
 use crate::Result;
@@ -69,5 +75,11 @@ pub trait Evaluator {
     /// What a user should know of the calls so far, and was not told yet: devices that failed, and what went on instead.
     fn take_warnings(&mut self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// How often costs that had been handed out turned out to be wrong, as far as this is known. A search that has used
+    /// costs from before this number grew does best to start anew.
+    fn refusals(&self) -> u32 {
+        0
     }
 }

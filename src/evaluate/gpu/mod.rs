@@ -15,7 +15,7 @@ mod station;
 mod submitter;
 mod wave;
 
-pub use adapter::{adapters, best, describe, is_software, kind, none_found};
+pub use adapter::{adapters, best, describe, is_software, kind, none_found, ranked};
 #[doc(hidden)]
 pub use mishap::Mishap;
 pub use pipeline::Checks;

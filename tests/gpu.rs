@@ -5,9 +5,12 @@
 
 mod common;
 
-use common::{Record, case, problem, random};
+use common::{Record, case, near_start, problem, random};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
-use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Population, Precision, Problem};
+use servobee::evaluate::{
+    Cost, CpuEvaluator, Evaluator, Job, PARITY, Population, Precision, Problem,
+};
+use servobee::model::Hold;
 use servobee::search::{Plan, Settings, Start, fit, fit_all};
 
 /// [`common::gpu`] without the driver's checks.
@@ -225,6 +228,33 @@ fn costs_do_not_depend_on_where_submissions_are_cut() {
                 assert!(cut.timings().submissions > submissions, "{name}");
             }
             println!("{name}: {:?} instead of {submissions}", cut.timings());
+        }
+    }
+}
+
+/// Mesa's llvmpipe ends loops after 65 535 rounds of all of them together.
+#[test]
+fn no_loop_is_ended_early() {
+    let Some(mut gpu) = gpu() else { return };
+    let late = late();
+    // Alone and with a limit of its speed, which is integrated in steps.
+    let mut effects = common::effects::cases().into_iter();
+    let found = effects.find(|(name, _)| name.starts_with("slew_limit"));
+    let (_, mut slow) = found.expect("a limited speed");
+    slow.structure.hold = Hold::Interpolated;
+    for (name, structure, parameters) in [
+        ("late", late.structure, late.parameters),
+        ("slow", slow.structure, slow.parameters),
+    ] {
+        let long = problem(structure, parameters, vec![Record::new(8000, 1e-3, 12.0)]);
+        // Few, so that time alone would let one dispatch take all rows.
+        let population = near_start(&long, 4, 8);
+        let costs = gpu.costs(&long, &population).expect("costs");
+        let single = CpuEvaluator::new(Precision::F32).costs(&long, &population);
+        for (cost, single) in costs.iter().zip(&single.expect("costs")) {
+            let difference = cost.difference(single);
+            println!("{name}: {difference:.1e}");
+            assert!(difference <= PARITY, "{name}: {cost:?} {single:?}");
         }
     }
 }

@@ -5,6 +5,7 @@ mod clock;
 mod context;
 pub mod layout;
 mod limits;
+mod loops;
 mod mishap;
 mod pace;
 mod pipeline;
@@ -94,6 +95,7 @@ impl GpuEvaluator {
                 checks,
                 workgroup: limits::workgroup(&limits),
                 largest: limits::largest_buffer(&limits),
+                limited_loops: loops::limited(&info),
                 wave: WAVE,
                 budget: BUDGET,
                 patience: PATIENCE,

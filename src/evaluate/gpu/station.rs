@@ -1,6 +1,7 @@
 //! A device with everything that is lost with it: pipelines, data and buffers.
 
 use super::context::{Attempt, Context, Fault};
+use super::loops::Loops;
 use super::mishap::{Mishap, Mishaps};
 use super::pipeline::Pipeline;
 use super::pool::Pool;
@@ -25,6 +26,8 @@ pub(super) struct Manner {
     pub(super) workgroup: u32,
     /// Largest storage buffer and binding, bytes.
     pub(super) largest: u64,
+    /// Whether the driver limits loops.
+    pub(super) limited_loops: bool,
     /// Results, states and data of a wave, about, bytes.
     pub(super) wave: u64,
     /// How long a submission may take, s.
@@ -199,9 +202,11 @@ impl Station {
             Data::Tones(_) => 1,
         };
         let states = u64::from(items) * count * 4 * states as u64;
+        let loops = manner.limited_loops.then(|| Loops::of(problem));
         Ok(Ready {
             part,
             items,
+            loops: loops.transpose()?,
             pipeline,
             resident,
             candidates,

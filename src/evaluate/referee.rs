@@ -299,3 +299,83 @@ fn compute(
         .flatten()
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::workload;
+
+    /// Which of some calls in a row on `problem` are sampled, each of which took `time`.
+    fn sampled(referee: &mut Referee, problem: &Problem, time: Duration) -> [bool; 5] {
+        [(); 5].map(|()| {
+            let population = workload::population(problem, 60);
+            let job = Job {
+                problem,
+                population: &population,
+            };
+            let costs = CpuEvaluator::new(Precision::F32).costs_of(&[job]);
+            let before = referee.checking;
+            let complaint = referee.complaint(&[job], &costs.expect("costs"), time);
+            assert_eq!(complaint, None);
+            referee.checking > before
+        })
+    }
+
+    #[test]
+    fn a_device_is_sampled_twice_on_each_problem_and_then_as_time_allows() {
+        let mut referee = Referee::new(Care::Device);
+        let twice = [true, true, false, false, false];
+        let problems = [workload::actuator(50), workload::actuator_and_valve(50)];
+        for problem in &problems {
+            assert_eq!(sampled(&mut referee, problem, Duration::ZERO), twice);
+        }
+        // The same data with another structure, and the same structure on other data.
+        let fixed = {
+            let mut problem = problems[0].clone();
+            problem.parameters[0].fixed = true;
+            problem
+        };
+        for problem in [&fixed, &workload::actuator(50)] {
+            assert_eq!(sampled(&mut referee, problem, Duration::ZERO), twice);
+        }
+        let hour = Duration::from_secs(3600);
+        assert_eq!(sampled(&mut referee, &problems[0], hour), [true; 5]);
+    }
+
+    #[test]
+    fn the_cpu_is_sampled_once_and_then_as_time_allows() {
+        let mut referee = Referee::new(Care::Cpu);
+        let problems = [workload::actuator(50), workload::actuator_and_valve(50)];
+        let once = [true, false, false, false, false];
+        assert_eq!(sampled(&mut referee, &problems[0], Duration::ZERO), once);
+        assert_eq!(
+            sampled(&mut referee, &problems[1], Duration::ZERO),
+            [false; 5]
+        );
+        let hour = Duration::from_secs(3600);
+        assert_eq!(sampled(&mut referee, &problems[1], hour), [true; 5]);
+    }
+
+    #[test]
+    fn re_scoring_takes_no_more_than_its_share() {
+        let problem = workload::actuator(200);
+        for care in [Care::Device, Care::Cpu] {
+            let mut referee = Referee::new(care);
+            let mut expected = Duration::ZERO;
+            for _ in 0..200 {
+                sampled(&mut referee, &problem, Duration::from_micros(500));
+                if expected.is_zero() {
+                    // What is sampled in any case.
+                    expected = referee.checking;
+                }
+            }
+            let share = referee.evaluating.mul_f64(care.share());
+            let most = expected.max(share) + referee.last;
+            assert!(
+                referee.checking <= most,
+                "{care:?}: {:?} {most:?}",
+                referee.checking
+            );
+        }
+    }
+}

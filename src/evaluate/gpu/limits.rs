@@ -6,6 +6,8 @@ use crate::evaluate::wgsl;
 const STORAGE_BUFFERS: u32 = 6;
 /// One more than the highest number of a binding.
 const BINDINGS: u32 = 9;
+/// Largest number of workgroups in one dimension of a dispatch, as WebGPU guarantees it.
+pub(super) const MOST_WORKGROUPS: u32 = 65_535;
 /// The smallest buffer that is of use, bytes.
 pub(super) const LEAST_BUFFER: u64 = 4 << 20;
 
@@ -62,9 +64,6 @@ pub(super) fn missing(limits: &wgpu::Limits) -> Vec<String> {
         .map(|(what, needed, has)| format!("{has} {what} instead of {needed}"))
         .collect()
 }
-
-/// Largest number of workgroups in one dimension of a dispatch, as WebGPU guarantees it.
-pub(super) const MOST_WORKGROUPS: u32 = 65_535;
 
 /// Most invocations that a workgroup may have.
 pub(super) fn most_invocations(limits: &wgpu::Limits) -> u32 {

@@ -5,11 +5,12 @@
 
 mod common;
 
-use common::{Record, case, problem, random};
-use servobee::evaluate::gpu::{Checks, GpuEvaluator};
+use common::{Record, case, near_start, problem, random};
+use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Job, Memory, Population, Precision, Problem,
+    Cost, CpuEvaluator, Evaluator, Job, Memory, PARITY, Population, Precision, Problem,
 };
+use servobee::model::Hold;
 use servobee::search::{Plan, Settings, Start, fit, fit_all};
 use std::ops::ControlFlow;
 
@@ -239,6 +240,33 @@ fn costs_do_not_depend_on_where_submissions_are_cut() {
     }
 }
 
+/// Mesa's llvmpipe ends loops after 65 535 rounds of all of them together.
+#[test]
+fn no_loop_is_ended_early() {
+    let Some(mut gpu) = gpu() else { return };
+    let late = late();
+    // Alone and with a limit of its speed, which is integrated in steps.
+    let mut effects = common::effects::cases().into_iter();
+    let found = effects.find(|(name, _)| name.starts_with("slew_limit"));
+    let (_, mut slow) = found.expect("a limited speed");
+    slow.structure.hold = Hold::Interpolated;
+    for (name, structure, parameters) in [
+        ("late", late.structure, late.parameters),
+        ("slow", slow.structure, slow.parameters),
+    ] {
+        let long = problem(structure, parameters, vec![Record::new(8000, 1e-3, 12.0)]);
+        // Few, so that time alone would let one dispatch take all rows.
+        let population = near_start(&long, 4, 8);
+        let costs = gpu.costs(&long, &population).expect("costs");
+        let single = CpuEvaluator::new(Precision::F32).costs(&long, &population);
+        for (cost, single) in costs.iter().zip(&single.expect("costs")) {
+            let difference = cost.difference(single);
+            println!("{name}: {difference:.1e}");
+            assert!(difference <= PARITY, "{name}: {cost:?} {single:?}");
+        }
+    }
+}
+
 #[test]
 fn records_that_do_not_fit_into_a_buffer_stream_through_two() {
     let Some(mut gpu) = gpu() else { return };
@@ -283,7 +311,7 @@ fn data_stay_on_the_device() {
         assert_eq!(gpu.timings().uploaded, 0);
     }
     // What a device has had is lost with it.
-    gpu.lose_device(0, 1);
+    gpu.let_fail(Mishap::Lost, 0, 1);
     gpu.costs(jobs[0].problem, jobs[0].population)
         .expect("costs");
     assert!((1..first).contains(&gpu.timings().uploaded));
@@ -297,7 +325,7 @@ fn a_lost_device_is_replaced_and_changes_no_cost() {
     gpu.limit_submissions(1e-9);
     let reference = gpu.costs(&problem, &population).expect("costs");
     for (after, times) in [(0, 1), (1, 1), (7, 2), (0, 4)] {
-        gpu.lose_device(after, times);
+        gpu.let_fail(Mishap::Lost, after, times);
         let costs = gpu
             .costs(&problem, &population)
             .expect("costs from another device");
@@ -310,12 +338,12 @@ fn a_device_that_is_always_lost_is_an_error() {
     let Some(mut gpu) = gpu() else { return };
     let problem = case("actuator, held").problem;
     let population = random(&problem, 40, 5);
-    gpu.lose_device(0, u32::MAX);
+    gpu.let_fail(Mishap::Lost, 0, u32::MAX);
     let error = gpu.costs(&problem, &population).expect_err("no device");
     assert_eq!(error.exit_code(), 1);
     assert!(error.to_string().contains("--evaluator cpu"), "{error}");
     // Not for ever: what was lost is replaced at the next call.
-    gpu.lose_device(0, 0);
+    gpu.let_fail(Mishap::Lost, 0, 0);
     assert!(gpu.costs(&problem, &population).is_ok());
 }
 

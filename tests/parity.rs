@@ -9,7 +9,7 @@ use servobee::Error;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator};
 use servobee::evaluate::simulate::SLICE;
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status, wgsl,
+    Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, Status, wgsl,
 };
 use servobee::model::valve::ValveForm;
 use servobee::model::{Initial, Structure};
@@ -18,9 +18,8 @@ use std::ops::Range;
 
 /// Largest relative difference of costs in `f32` and `f64` near the start values: measured at up to 1.1e-5.
 const SINGLE: f64 = 3e-5;
-/// The same of any two evaluators for candidates anywhere inside the bounds: measured at up to 3e-5, where a hardly
-/// damped spool rings through the whole record.
-const ANYWHERE: f64 = 1e-4;
+/// The same of any two evaluators for candidates anywhere inside the bounds.
+const ANYWHERE: f64 = PARITY;
 
 fn on_gpu(gpu: &mut GpuEvaluator, problem: &Problem, population: &Population) -> Vec<Cost> {
     gpu.costs(problem, population).expect("costs from the GPU")

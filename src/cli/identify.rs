@@ -133,10 +133,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let bar = spinner();
     let result = work.run(&mut chosen, |evaluator| {
         identify(
-            structure,
-            parameters,
-            sizes,
-            measurements,
+            structure.clone(),
+            parameters.clone(),
+            sizes.clone(),
+            measurements.clone(),
             evaluator,
             &plan,
             &options,

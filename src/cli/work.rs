@@ -58,17 +58,24 @@ impl Options {
 }
 
 impl Work {
-    /// What `run` computes with the evaluator, and what the user has to be told of it.
+    /// What `run` computes with the evaluator, and what the user has to be told of it. Where costs turn out to be wrong that
+    /// it has used, it is run again, with what the evaluator has put in the place of what gave them.
     ///
     /// # Errors
     /// As `run`. Where the run failed after a while, the remedy names the checkpoint.
     pub(super) fn run<T>(
         &self,
         chosen: &mut Chosen,
-        run: impl FnOnce(&mut dyn Evaluator) -> Result<T>,
+        run: impl Fn(&mut dyn Evaluator) -> Result<T>,
     ) -> Result<(T, Vec<String>)> {
-        let mut evaluator = Remembering::new(chosen.evaluator.as_mut(), self.memory.clone());
-        let result = run(&mut evaluator);
+        let evaluator = chosen.evaluator.as_mut();
+        let result = loop {
+            let mut remembering = Remembering::new(evaluator, self.memory.clone());
+            let result = run(&mut remembering);
+            if !remembering.misled() {
+                break result;
+            }
+        };
         let mut warnings = evaluator.take_warnings();
         warnings.extend(self.memory.failure());
         match result {

@@ -99,6 +99,8 @@ pub struct Checkpoint {
     path: PathBuf,
     file: File,
     known: HashMap<u64, Vec<u8>>,
+    /// Bytes of its first line.
+    begin: u64,
     synced: Instant,
     /// Why it is not written any more.
     broken: Option<std::io::Error>,
@@ -127,8 +129,9 @@ impl Checkpoint {
             .prefix(".servobee-")
             .tempfile_in(folder);
         let mut draft = draft.map_err(|error| wrong(&error))?;
-        let version = env!("CARGO_PKG_VERSION");
-        writeln!(draft, "{SCHEMA} {version} {run:016x}").map_err(|error| wrong(&error))?;
+        draft
+            .write_all(first_line(run).as_bytes())
+            .map_err(|error| wrong(&error))?;
         draft.as_file().sync_all().map_err(|error| wrong(&error))?;
         lock(path, draft.as_file())?;
         let placed = match force {
@@ -136,7 +139,7 @@ impl Checkpoint {
             false => draft.persist_noclobber(path),
         };
         let file = placed.map_err(|error| wrong(&error.error))?;
-        Ok(Self::of(path, file, HashMap::new()))
+        Ok(Self::of(path, file, HashMap::new(), run))
     }
 
     /// The one at `path`, to go on from; a new one where there is none.
@@ -174,14 +177,15 @@ impl Checkpoint {
         }
         file.set_len(contents.whole as u64).map_err(wrong)?;
         file.seek(SeekFrom::End(0)).map_err(wrong)?;
-        Ok(Self::of(path, file, contents.known))
+        Ok(Self::of(path, file, contents.known, run))
     }
 
-    fn of(path: &Path, file: File, known: HashMap<u64, Vec<u8>>) -> Self {
+    fn of(path: &Path, file: File, known: HashMap<u64, Vec<u8>>, run: u64) -> Self {
         Self {
             path: path.to_owned(),
             file,
             known,
+            begin: first_line(run).len() as u64,
             synced: Instant::now(),
             broken: None,
         }
@@ -208,6 +212,14 @@ impl Checkpoint {
                 "delete it: the run has ended",
             )
         })
+    }
+
+    /// Forgets everything.
+    fn clear(&mut self) {
+        self.known.clear();
+        let cleared = self.file.set_len(self.begin);
+        let sought = self.file.seek(SeekFrom::Start(self.begin));
+        self.broken = cleared.and(sought).err();
     }
 
     fn keep(&mut self, key: u64, result: Vec<u8>) {
@@ -287,6 +299,13 @@ impl Memory {
         Ok(result)
     }
 
+    /// Forgets everything: it was wrong.
+    pub fn clear(&self) {
+        if let Some(mut own) = self.checkpoint() {
+            own.clear();
+        }
+    }
+
     /// Where it is kept, if anything was computed and written there.
     pub fn kept(&self) -> Option<PathBuf> {
         let checkpoint = self.checkpoint()?;
@@ -312,16 +331,28 @@ impl Memory {
     }
 }
 
-/// An evaluator whose costs are remembered.
+/// An evaluator whose costs are remembered. Where it has handed out costs that turn out to be wrong it fails: what was found
+/// with them is worth nothing.
 pub struct Remembering<'a> {
     evaluator: &'a mut dyn Evaluator,
     memory: Memory,
+    misled: bool,
 }
 
 impl<'a> Remembering<'a> {
     /// `evaluator`, whose costs `memory` remembers.
     pub fn new(evaluator: &'a mut dyn Evaluator, memory: Memory) -> Self {
-        Self { evaluator, memory }
+        Self {
+            evaluator,
+            memory,
+            misled: false,
+        }
+    }
+
+    /// Whether it has failed because costs were wrong that it had handed out, while others are computed right now: what was
+    /// done with it is to be done again.
+    pub fn misled(&self) -> bool {
+        self.misled
     }
 }
 
@@ -347,9 +378,21 @@ impl Evaluator for Remembering<'_> {
             }
             fingerprint.finish()
         };
-        let evaluator = &mut self.evaluator;
-        let values: Vec<Vec<f64>> = self.memory.try_once(key, || {
-            let costs = evaluator.costs_of(jobs)?;
+        let (evaluator, misled, memory) = (&mut self.evaluator, &mut self.misled, &self.memory);
+        let before = evaluator.refusals();
+        let values: Vec<Vec<f64>> = memory.try_once(key, || {
+            let costs = evaluator.costs_of(jobs);
+            if evaluator.refusals() > before {
+                memory.clear();
+                *misled = costs.is_ok();
+            }
+            let costs = costs?;
+            if *misled {
+                return Err(Error::failed(
+                    "costs that the search has used were wrong",
+                    "begin anew",
+                ));
+            }
             let of_job = |costs: &Vec<Cost>| costs.iter().map(|cost| cost.value).collect();
             Ok(costs.iter().map(of_job).collect())
         })?;
@@ -360,6 +403,14 @@ impl Evaluator for Remembering<'_> {
     fn take_warnings(&mut self) -> Vec<String> {
         self.evaluator.take_warnings()
     }
+
+    fn refusals(&self) -> u32 {
+        self.evaluator.refusals()
+    }
+}
+
+fn first_line(run: u64) -> String {
+    format!("{SCHEMA} {} {run:016x}\n", env!("CARGO_PKG_VERSION"))
 }
 
 fn check(bytes: &[u8]) -> u64 {

@@ -1,7 +1,7 @@
 //! Which evaluator a run uses, and why.
 
 use super::gpu::{self, Checks, GpuEvaluator};
-use super::{CpuEvaluator, Evaluator, Precision};
+use super::{Care, CpuEvaluator, Evaluator, Guarded, Precision, Standby};
 use crate::Result;
 use std::str::FromStr;
 
@@ -32,48 +32,61 @@ impl FromStr for Choice {
 
 /// An evaluator and the reason for it.
 pub struct Chosen {
-    /// The evaluator.
+    /// The evaluator. Samples of its costs are computed again in f64; one that fails is given up, with a warning, for
+    /// what else may compute.
     pub evaluator: Box<dyn Evaluator>,
     /// Why it and no other, for the user.
     pub why: String,
 }
 
 /// The evaluator for `choice`. Both search in f32, which finds the valley; the polish and every figure that is reported
-/// are computed in f64.
+/// are computed in f64. Where a GPU fails another one takes over, and in the end the CPU, unless a GPU is asked for.
 ///
 /// # Errors
 /// If a GPU is asked for and there is none, or it gives no device.
 pub fn choose(choice: Choice) -> Result<Chosen> {
-    let cpu = |why: &str| Chosen {
-        evaluator: Box::new(CpuEvaluator::new(Precision::F32)),
-        why: why.into(),
+    let adapters = match choice {
+        Choice::Cpu => Vec::new(),
+        _ => gpu::ranked(gpu::adapters()),
     };
-    if choice == Choice::Cpu {
-        return Ok(cpu("asked for"));
-    }
-    let adapters = gpu::adapters();
-    let best = gpu::best(&adapters);
-    match (choice, best) {
-        (Choice::Gpu, Some(adapter)) => {
-            let evaluator = Box::new(GpuEvaluator::new(adapter, Checks::Off)?);
-            Ok(Chosen {
-                evaluator,
-                why: "asked for".into(),
-            })
+    let (line, why): (Vec<Standby>, _) = match choice {
+        Choice::Gpu => (adapters.iter().take(1).map(on_gpu).collect(), "asked for"),
+        Choice::Cpu => (on_cpu(), "asked for"),
+        Choice::Auto => {
+            let hardware = adapters.iter().filter(|adapter| !gpu::is_software(adapter));
+            let hardware: Vec<Standby> = hardware.map(on_gpu).collect();
+            let why = match (hardware.is_empty(), adapters.is_empty()) {
+                (false, _) => "a hardware GPU was found",
+                (true, false) => "the only GPU adapter is software; --evaluator gpu uses it",
+                (true, true) => "no GPU adapter found",
+            };
+            (hardware.into_iter().chain(on_cpu()).collect(), why)
         }
-        (Choice::Gpu, None) => Err(gpu::none_found()),
-        (_, Some(adapter)) if !gpu::is_software(adapter) => {
-            match GpuEvaluator::new(adapter, Checks::Off) {
-                Ok(evaluator) => Ok(Chosen {
-                    evaluator: Box::new(evaluator),
-                    why: "a hardware GPU".into(),
-                }),
-                Err(error) => Ok(cpu(&format!("the GPU failed: {error}"))),
-            }
-        }
-        (_, Some(_)) => Ok(cpu(
-            "the only GPU adapter is software; --evaluator gpu uses it",
-        )),
-        (_, None) => Ok(cpu("no GPU adapter found")),
-    }
+    };
+    let mut line = line.into_iter();
+    let first = line.next().ok_or_else(gpu::none_found)?;
+    Ok(Chosen {
+        evaluator: Box::new(Guarded::new(first, line)?),
+        why: why.into(),
+    })
+}
+
+fn on_gpu(adapter: &wgpu::Adapter) -> Standby {
+    let adapter = adapter.clone();
+    let name = format!("the GPU \"{}\"", adapter.get_info().name);
+    Standby::new(name, Care::Device, move || {
+        GpuEvaluator::new(&adapter, Checks::Off)
+    })
+}
+
+/// The CPU, and what takes over where its f32 is wrong.
+fn on_cpu() -> Vec<Standby> {
+    [
+        ("the CPU in f32", Precision::F32),
+        ("the CPU in f64", Precision::F64),
+    ]
+    .map(|(name, precision)| {
+        Standby::new(name, Care::Cpu, move || Ok(CpuEvaluator::new(precision)))
+    })
+    .into()
 }

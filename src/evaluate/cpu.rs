@@ -26,12 +26,24 @@ pub enum Precision {
 #[derive(Debug, Clone)]
 pub struct CpuEvaluator {
     precision: Precision,
+    instructions: Arch,
 }
 
 impl CpuEvaluator {
     /// An evaluator that computes with `precision`.
     pub fn new(precision: Precision) -> Self {
-        Self { precision }
+        Self {
+            precision,
+            instructions: Arch::new(),
+        }
+    }
+
+    /// The same without the CPU's vector instructions: slower, and a witness of what these compute.
+    pub(super) fn without_vectors(precision: Precision) -> Self {
+        Self {
+            precision,
+            instructions: Arch::Scalar,
+        }
     }
 }
 
@@ -41,19 +53,19 @@ impl Evaluator for CpuEvaluator {
             Precision::F64 => "f64",
             Precision::F32 => "f32",
         };
-        format!("CPU ({name} lanes, {})", instructions())
+        format!("CPU ({name} lanes, {})", name_of(self.instructions))
     }
 
     fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
         Ok(match self.precision {
-            Precision::F64 => all_batches::<f64>(jobs),
-            Precision::F32 => all_batches::<f32>(jobs),
+            Precision::F64 => all_batches::<f64>(jobs, self.instructions),
+            Precision::F32 => all_batches::<f32>(jobs, self.instructions),
         })
     }
 }
 
-/// The name of the widest vector instructions that this CPU has.
-fn instructions() -> &'static str {
+/// The name of vector instructions.
+fn name_of(instructions: Arch) -> &'static str {
     struct Bits;
     impl WithSimd for Bits {
         type Output = usize;
@@ -61,7 +73,7 @@ fn instructions() -> &'static str {
             size_of::<S::f32s>() * 8
         }
     }
-    match Arch::new().dispatch(Bits) {
+    match instructions.dispatch(Bits) {
         512 => "512-bit vectors",
         256 => "256-bit vectors",
         128 => "128-bit vectors",
@@ -70,20 +82,20 @@ fn instructions() -> &'static str {
 }
 
 /// The costs of all jobs: the batches of all of them are one list of tasks, so that small jobs fill the cores together.
-fn all_batches<E: Element>(jobs: &[Job<'_>]) -> Vec<Vec<Cost>> {
+fn all_batches<E: Element>(jobs: &[Job<'_>], instructions: Arch) -> Vec<Vec<Cost>> {
     let wave = |job: &Job<'_>| match &*job.problem.data {
         Data::Tones(tones) => Wave::new(tones),
         Data::Series(_) => Wave::new(&[]),
     };
     let waves: Vec<Wave> = jobs.iter().map(wave).collect();
-    let width = Arch::new().dispatch(Width(PhantomData::<E>));
+    let width = instructions.dispatch(Width(PhantomData::<E>));
     let batches_of = |(number, job): (usize, &Job<'_>)| {
         let starts = (0..job.population.len()).step_by(width);
         starts.map(move |first| (number, first)).collect::<Vec<_>>()
     };
     let batches: Vec<(usize, usize)> = jobs.iter().enumerate().flat_map(batches_of).collect();
     let evaluate = |&(number, first): &(usize, usize)| {
-        Arch::new().dispatch(Batch {
+        instructions.dispatch(Batch {
             problem: jobs[number].problem,
             wave: &waves[number],
             population: jobs[number].population,

@@ -7,17 +7,21 @@ pub mod checkpoint;
 mod choose;
 mod cpu;
 pub mod gpu;
+mod guard;
+mod judgement;
 mod leaps;
 mod loss;
 #[doc(hidden)]
 pub mod physics;
 mod population;
 pub mod problem;
+mod referee;
 pub mod reference;
 mod score;
 mod series;
 #[doc(hidden)]
 pub mod simulate;
+mod warnings;
 #[doc(hidden)]
 pub mod wgsl;
 #[doc(hidden)]
@@ -28,9 +32,12 @@ pub use base::{parameters_for, scale_of, structure_for};
 pub use checkpoint::{Checkpoint, Fingerprint, Memory, Remembering};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
+pub use guard::{Guarded, Standby};
+pub use judgement::PARITY;
 pub use loss::{Loss, OwnLoss, SizedLoss};
 pub use population::{Cost, Population, Status};
 pub use problem::Problem;
+pub use referee::Care;
 pub use score::Score;
 
 use crate::Result;
@@ -68,8 +75,14 @@ pub trait Evaluator {
         Ok(self.costs_of(&jobs)?.pop().expect("one list for one job"))
     }
 
-    /// What its user has to be told of the calls since this was asked last: a device that failed, and what took over.
+    /// What a user should know of the calls so far, and was not told yet: devices that failed, and what went on instead.
     fn take_warnings(&mut self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// How often costs that had been handed out turned out to be wrong, as far as this is known. A search that has used
+    /// costs from before this number grew does best to start anew.
+    fn refusals(&self) -> u32 {
+        0
     }
 }

@@ -100,6 +100,16 @@ impl Cost {
         }
     }
 
+    /// How far this cost is from a `reference`, as a share of it; infinite where only one of the two diverged.
+    pub fn difference(&self, reference: &Self) -> f64 {
+        match (self.status, reference.status) {
+            // Zero may equal zero.
+            _ if self == reference => 0.0,
+            (Status::Finished, Status::Finished) => (self.value / reference.value - 1.0).abs(),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// The cost of a candidate that diverged.
     pub const DIVERGED: Self = Self {
         value: f64::INFINITY,

@@ -22,18 +22,26 @@ pub fn is_software(adapter: &wgpu::Adapter) -> bool {
     adapter.get_info().device_type == wgpu::DeviceType::Cpu
 }
 
-/// The adapter that an evaluation would use: a discrete GPU before an integrated one before a virtual one before
-/// software; among equals the first.
-pub fn best(adapters: &[wgpu::Adapter]) -> Option<&wgpu::Adapter> {
+/// The adapters in the order in which an evaluation would use them: a discrete GPU before an integrated one before a
+/// virtual one before software; equals as they were.
+pub fn ranked(mut adapters: Vec<wgpu::Adapter>) -> Vec<wgpu::Adapter> {
+    adapters.sort_by_key(rank);
     adapters
-        .iter()
-        .min_by_key(|adapter| match adapter.get_info().device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        })
+}
+
+/// The adapter that an evaluation would use: the first of those that are [`ranked`].
+pub fn best(adapters: &[wgpu::Adapter]) -> Option<&wgpu::Adapter> {
+    adapters.iter().min_by_key(|adapter| rank(adapter))
+}
+
+fn rank(adapter: &wgpu::Adapter) -> u8 {
+    match adapter.get_info().device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
 }
 
 /// What kind of device an adapter is, in words.

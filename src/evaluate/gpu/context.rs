@@ -4,15 +4,15 @@ use crate::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use wgpu::util::DeviceExt;
-
-/// How long a submission of some 50 ms may take before the device counts as hung.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Why an attempt failed.
 pub(super) enum Fault {
     /// The device is gone; another one may serve.
     Lost(String),
+    /// There is no memory for so much at once; less may fit.
+    Full,
+    /// The device has not answered for so long; another attempt would wait as long.
+    Hung(Duration),
     /// No other attempt would do better.
     Final(Error),
 }
@@ -26,14 +26,27 @@ impl From<Error> for Fault {
 /// What an attempt gives.
 pub(super) type Attempt<T> = Result<T, Fault>;
 
+/// What has gone wrong first.
+#[derive(Clone, Default)]
+struct Trouble(Arc<Mutex<Option<Fault>>>);
+
+impl Trouble {
+    fn note(&self, fault: Fault) {
+        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert(fault);
+    }
+}
+
 /// A device and its queue.
 pub(super) struct Context {
+    /// The adapter's name.
+    pub(super) name: String,
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     /// Length of a tick of its clock, s; none where it has no timestamp queries.
     pub(super) tick: Option<f64>,
     /// What has gone wrong first.
-    trouble: Arc<Mutex<Option<Fault>>>,
+    trouble: Trouble,
 }
 
 impl Context {
@@ -56,30 +69,21 @@ impl Context {
                     "update its driver, or use --evaluator cpu",
                 )
             })?;
-        let trouble = Arc::new(Mutex::new(None));
-        let note = |trouble: &Arc<Mutex<Option<Fault>>>, fault| {
-            let mut first = trouble.lock().unwrap_or_else(PoisonError::into_inner);
-            first.get_or_insert(fault);
-        };
+        let trouble = Trouble::default();
         let of_device = trouble.clone();
-        device.set_device_lost_callback(move |_, message| {
-            note(&of_device, Fault::Lost(message));
-        });
+        device.set_device_lost_callback(move |_, message| of_device.note(Fault::Lost(message)));
         let of_calls = trouble.clone();
         device.on_uncaptured_error(Arc::new(move |error| {
-            let fault = match error {
-                wgpu::Error::OutOfMemory { .. } => Fault::Final(Error::failed(
-                    format!("\"{name}\" has no memory left"),
-                    "use a smaller population or --evaluator cpu",
-                )),
+            of_calls.note(match error {
+                wgpu::Error::OutOfMemory { .. } => Fault::Full,
                 // What is done with a device that is gone is also an error.
                 other => Fault::Lost(other.to_string()),
-            };
-            note(&of_calls, fault);
+            });
         }));
         let timed = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let tick = timed.then(|| 1e-9 * f64::from(queue.get_timestamp_period()));
         Ok(Self {
+            name,
             device,
             queue,
             tick,
@@ -87,27 +91,41 @@ impl Context {
         })
     }
 
+    /// Has [`Self::check`] find that there is no memory left, as the driver would.
+    pub(super) fn run_out_of_memory(&self) {
+        self.trouble.note(Fault::Full);
+    }
+
     /// # Errors
     /// What has gone wrong since this was asked last.
     pub(super) fn check(&self) -> Attempt<()> {
-        let mut trouble = self.trouble.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut trouble = self
+            .trouble
+            .0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         trouble.take().map_or(Ok(()), Err)
     }
 
     /// Waits until a submission is done.
     ///
     /// # Errors
-    /// If the device fails or hangs.
-    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex) -> Attempt<()> {
+    /// If the device fails, or has not answered after `patience`.
+    pub(super) fn wait(
+        &self,
+        submission: wgpu::SubmissionIndex,
+        patience: Duration,
+    ) -> Attempt<()> {
         let wait = wgpu::PollType::Wait {
             submission_index: Some(submission),
-            timeout: Some(PATIENCE),
+            timeout: Some(patience),
         };
         // wgpu panics where the driver loses the device under a wait.
         let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wait)));
         self.check()?;
         match polled {
             Ok(Ok(_)) => Ok(()),
+            Ok(Err(wgpu::PollError::Timeout)) => Err(Fault::Hung(patience)),
             Ok(Err(error)) => Err(Fault::Lost(error.to_string())),
             Err(_) => Err(Fault::Lost("the driver has lost the device".into())),
         }
@@ -125,12 +143,11 @@ impl Context {
 
     /// A read-only storage buffer with `contents`.
     pub(super) fn storage(&self, label: &str, contents: &[u8]) -> wgpu::Buffer {
-        self.device
-            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                label: Some(label),
-                contents,
-                usage: wgpu::BufferUsages::STORAGE,
-            })
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        // Written through the queue: to map a buffer that found no memory would panic.
+        let buffer = self.buffer(label, (contents.len() as u64).max(4), usage);
+        self.queue.write_buffer(&buffer, 0, contents);
+        buffer
     }
 
     /// A buffer of `size` bytes.

@@ -4,6 +4,9 @@ mod adapter;
 mod clock;
 mod context;
 pub mod layout;
+mod limits;
+mod loops;
+mod mishap;
 mod pace;
 mod pipeline;
 mod pool;
@@ -13,14 +16,20 @@ mod station;
 mod submitter;
 mod wave;
 
-pub use adapter::{adapters, best, describe, is_software, kind, none_found};
+pub use adapter::{adapters, best, describe, is_software, kind, none_found, ranked};
+#[doc(hidden)]
+pub use mishap::Mishap;
 pub use pipeline::Checks;
 
+use super::warnings::Warnings;
 use super::{Cost, Evaluator, Job, Population, Problem, wgsl};
 use crate::{Error, Result};
-use context::Fault;
+use context::{Attempt, Fault};
+use mishap::Mishaps;
 use station::{Manner, Station};
-use std::time::Instant;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
+use wave::Part;
 
 /// How long a submission may take, s: a desktop's driver gives up after some seconds, and its user notices less.
 const BUDGET: f64 = 0.05;
@@ -28,14 +37,20 @@ const BUDGET: f64 = 0.05;
 const LEAST: f64 = 0.003;
 /// How many devices may be lost in one call.
 const RETRIES: u32 = 4;
+/// How long a submission of some 50 ms may take before the device counts as hung.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Bytes of results, states and data that are on a device together, about.
+const WAVE: u64 = 256 << 20;
 
 /// Evaluates populations on a GPU.
 pub struct GpuEvaluator {
     adapter: wgpu::Adapter,
     info: wgpu::AdapterInfo,
     manner: Manner,
-    station: Station,
-    loss: Loss,
+    /// None after a device that has failed.
+    station: Option<Station>,
+    warnings: Warnings,
+    mishaps: Mishaps,
     timings: Timings,
 }
 
@@ -60,50 +75,35 @@ pub struct Timings {
     pub readback: f64,
 }
 
-/// Devices that are lost on purpose, for tests.
-#[derive(Debug, Default)]
-struct Loss {
-    after: u32,
-    submissions: u32,
-    times: u32,
-}
-
-impl Loss {
-    /// Whether the device is lost before the submission that comes now.
-    fn strikes(&mut self) -> bool {
-        if self.times == 0 {
-            return false;
-        }
-        self.submissions += 1;
-        if self.submissions <= self.after {
-            return false;
-        }
-        self.submissions = 0;
-        self.times -= 1;
-        true
-    }
-}
-
 impl GpuEvaluator {
     /// An evaluator on `adapter`.
     ///
     /// # Errors
-    /// If the adapter gives no device.
+    /// If the adapter's limits are too low, or it gives no device.
     pub fn new(adapter: &wgpu::Adapter, checks: Checks) -> Result<Self> {
-        let limits = adapter.limits();
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        let missing = limits::missing(&limits);
+        if !missing.is_empty() {
+            return Err(Error::failed(
+                format!("adapter \"{}\" has {}", info.name, missing.join(", ")),
+                "use --evaluator cpu",
+            ));
+        }
         Ok(Self {
             adapter: adapter.clone(),
-            info: adapter.get_info(),
             manner: Manner {
                 checks,
-                workgroup: wgsl::WORKGROUP,
-                largest: limits
-                    .max_buffer_size
-                    .min(limits.max_storage_buffer_binding_size),
+                workgroup: limits::workgroup(&limits),
+                largest: limits::largest_buffer(&limits),
+                limited_loops: loops::limited(&info),
+                wave: WAVE,
                 budget: BUDGET,
+                patience: PATIENCE,
             },
-            station: Station::open(adapter)?,
-            loss: Loss::default(),
+            info,
+            station: Some(Station::open(adapter)?),
+            warnings: Warnings::default(),
+            mishaps: Mishaps::default(),
             timings: Timings::default(),
         })
     }
@@ -118,10 +118,7 @@ impl GpuEvaluator {
     /// # Errors
     /// If the adapter allows fewer.
     pub fn set_workgroup(&mut self, count: u32) -> Result<()> {
-        let limits = self.adapter.limits();
-        let most = limits
-            .max_compute_invocations_per_workgroup
-            .min(limits.max_compute_workgroup_size_x);
+        let most = limits::most_invocations(&self.adapter.limits());
         if count > most {
             return Err(Error::failed(
                 format!(
@@ -138,7 +135,9 @@ impl GpuEvaluator {
     /// Limits every buffer to `bytes`, so that populations are cut into smaller parts and records into windows.
     pub fn limit_buffers(&mut self, bytes: u64) {
         self.manner.largest = self.manner.largest.min(bytes);
-        self.station.forget_data();
+        if let Some(station) = &mut self.station {
+            station.forget_data();
+        }
     }
 
     /// Limits every submission to about `seconds`, as far as its work can be cut.
@@ -146,15 +145,16 @@ impl GpuEvaluator {
         self.manner.budget = self.manner.budget.min(seconds);
     }
 
-    /// Loses the device after `after` submissions, and so on until it was lost `times` times: how tests show what then
-    /// happens.
+    /// Takes a device that has not answered for `patience` as hung.
+    pub fn limit_patience(&mut self, patience: Duration) {
+        self.manner.patience = self.manner.patience.min(patience);
+    }
+
+    /// Lets `mishap` come at the occasion for it that follows `after` others, and so on until it has come `times` times:
+    /// how tests show what then happens.
     #[doc(hidden)]
-    pub fn lose_device(&mut self, after: u32, times: u32) {
-        self.loss = Loss {
-            after,
-            submissions: 0,
-            times,
-        };
+    pub fn let_fail(&mut self, mishap: Mishap, after: u32, times: u32) {
+        self.mishaps = Mishaps::plan(mishap, after, times);
     }
 
     /// The costs under a shader of the caller's instead of the composed one: how tests show that a wrong shader is
@@ -180,36 +180,92 @@ impl GpuEvaluator {
     fn evaluate(&mut self, jobs: &[Job<'_>], sources: &[String]) -> Result<Vec<Vec<Cost>>> {
         let mut costs = vec![Vec::new(); jobs.len()];
         let mut lost = 0;
-        for parts in wave::waves(jobs, sources, self.manner.largest)? {
-            let found = loop {
-                let (loss, timings) = (&mut self.loss, &mut self.timings);
-                match self.station.run(&parts, self.manner, loss, timings) {
-                    Ok(found) => break found,
-                    Err(Fault::Final(error)) => return Err(error),
-                    Err(Fault::Lost(what)) if lost == RETRIES => {
-                        return Err(Error::failed(
-                            format!("\"{}\" was lost again and again: {what}", self.info.name),
-                            "use --evaluator cpu",
-                        ));
-                    }
-                    Err(Fault::Lost(_)) => {
-                        lost += 1;
-                        // A driver loses a device most often because work took too long.
-                        self.manner.budget = self
-                            .manner
-                            .budget
-                            .min((0.5 * self.manner.budget).max(LEAST));
-                        self.station = Station::open(&self.adapter)?;
+        loop {
+            let parts = wave::next(jobs, sources, costs.iter().map(Vec::len), self.manner)?;
+            if parts.is_empty() {
+                break;
+            }
+            match self.run(&parts) {
+                Ok(found) => {
+                    for (part, found) in parts.iter().zip(found) {
+                        costs[part.number].extend(found);
                     }
                 }
-            };
-            for (part, found) in parts.iter().zip(found) {
-                costs[part.number].extend(found);
+                Err(fault) => self.recover(fault, &mut lost)?,
             }
         }
-        self.timings.on_device = self.station.has_clock();
+        self.timings.on_device = self.station.as_ref().is_some_and(Station::has_clock);
         Ok(costs)
     }
+
+    fn run(&mut self, parts: &[Part]) -> Attempt<Vec<Vec<Cost>>> {
+        let station = match &mut self.station {
+            Some(station) => station,
+            none => none.insert(Station::open(&self.adapter)?),
+        };
+        station.run(parts, self.manner, &mut self.mishaps, &mut self.timings)
+    }
+
+    /// Prepares another attempt after `fault`, where `lost` devices were lost before.
+    ///
+    /// # Errors
+    /// If there is none that could do better.
+    fn recover(&mut self, fault: Fault, lost: &mut u32) -> Result<()> {
+        let name = &self.info.name;
+        let Manner { wave, budget, .. } = self.manner;
+        match fault {
+            // The device works.
+            Fault::Final(_) => {}
+            // To drop it would be to wait for it, without end.
+            Fault::Hung(_) => std::mem::forget(self.station.take()),
+            Fault::Full | Fault::Lost(_) => {
+                let station = self.station.take();
+                // wgpu panics where it cannot wait for a device that is dropped.
+                let _ = catch_unwind(AssertUnwindSafe(|| drop(station)));
+            }
+        }
+        match fault {
+            Fault::Final(error) => Err(error),
+            Fault::Hung(patience) => Err(Error::failed(
+                format!("the GPU \"{name}\" has not answered for {patience:?}"),
+                "update its driver, or use --evaluator cpu",
+            )),
+            Fault::Full if wave / 2 < limits::LEAST_BUFFER => Err(Error::failed(
+                format!("the GPU \"{name}\" has no memory left"),
+                "close what else uses it, or use --evaluator cpu",
+            )),
+            Fault::Full => {
+                self.manner.wave = wave / 2;
+                self.manner.largest = self.manner.largest.min(wave / 2);
+                self.warnings.add(format!(
+                    "the GPU \"{name}\" has too little memory; going on with at most {} MiB at once",
+                    self.manner.wave >> 20
+                ));
+                Ok(())
+            }
+            Fault::Lost(what) if *lost == RETRIES => Err(Error::failed(
+                format!(
+                    "the GPU \"{name}\" was lost again and again: {}",
+                    one_line(&what)
+                ),
+                "use --evaluator cpu",
+            )),
+            Fault::Lost(_) => {
+                *lost += 1;
+                // A driver loses a device most often because work took too long.
+                self.manner.budget = budget.min((0.5 * budget).max(LEAST));
+                self.warnings.add(format!(
+                    "the GPU \"{name}\" was lost; going on with it anew, in shorter submissions"
+                ));
+                Ok(())
+            }
+        }
+    }
+}
+
+/// A driver's message without its line breaks.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 impl Evaluator for GpuEvaluator {
@@ -226,5 +282,9 @@ impl Evaluator for GpuEvaluator {
             ..Timings::default()
         };
         self.evaluate(jobs, &sources)
+    }
+
+    fn take_warnings(&mut self) -> Vec<String> {
+        self.warnings.take()
     }
 }

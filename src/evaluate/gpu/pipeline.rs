@@ -1,6 +1,7 @@
 //! Compiling a composed shader.
 
 use super::pace::Pace;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
 
 /// Whether the driver's checks guard the shader's loops and indices.
@@ -35,14 +36,41 @@ impl Pipeline {
     }
 
     /// Compiles `entry` of `source`, which uses binding 0 and `bindings`.
+    ///
+    /// # Errors
+    /// If the shader is refused, or compiling it panics: what the driver says.
     pub(super) fn compile(
         device: &wgpu::Device,
         checks: Checks,
         entry: &str,
         bindings: &[u32],
         source: &str,
-    ) -> Result<Self, wgpu::Error> {
-        let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    ) -> Result<Self, String> {
+        let compile = || {
+            // The driver's own errors are internal ones.
+            let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+            let invalid = device.push_error_scope(wgpu::ErrorFilter::Validation);
+            let made = Self::make(device, checks, entry, bindings, source);
+            let errors = [
+                pollster::block_on(invalid.pop()),
+                pollster::block_on(internal.pop()),
+            ];
+            match errors.into_iter().flatten().next() {
+                Some(error) => Err(error.to_string()),
+                None => Ok(made),
+            }
+        };
+        catch_unwind(AssertUnwindSafe(compile))
+            .unwrap_or_else(|_| Err("compiling it panicked".into()))
+    }
+
+    fn make(
+        device: &wgpu::Device,
+        checks: Checks,
+        entry: &str,
+        bindings: &[u32],
+        source: &str,
+    ) -> Self {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(entry),
             source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -93,13 +121,10 @@ impl Pipeline {
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             cache: None,
         });
-        match pollster::block_on(scope.pop()) {
-            Some(error) => Err(error),
-            None => Ok(Self {
-                pipeline,
-                layout,
-                pace: Mutex::default(),
-            }),
+        Self {
+            pipeline,
+            layout,
+            pace: Mutex::default(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::context::{Attempt, Context};
 use super::layout;
+use super::loops::Loops;
 use super::pipeline::Pipeline;
 use super::pool::Pool;
 use super::resident::{Records, Resident, Rows, rows_of};
@@ -22,6 +23,8 @@ pub(super) struct Ready<'a> {
     pub(super) part: &'a Part<'a>,
     /// Records or tones.
     pub(super) items: u32,
+    /// Where dispatches have to end, with a driver that limits loops.
+    pub(super) loops: Option<Loops>,
     pub(super) pipeline: Arc<Pipeline>,
     pub(super) resident: Arc<Resident>,
     pub(super) candidates: Place,
@@ -117,7 +120,12 @@ impl Ready<'_> {
         let sizes = [self.count(), self.items];
         let mut begin = range.start;
         while begin < range.end {
-            let end = submitter.rows(&self.pipeline, steps, sizes, begin, range.end)?;
+            let limit = self
+                .loops
+                .as_ref()
+                .map_or(range.end, |loops| loops.end(begin));
+            let limit = limit.min(range.end);
+            let end = submitter.rows(&self.pipeline, steps, sizes, begin, limit)?;
             let [first, last] = [begin, end].map(|row| (row as usize).div_ceil(CHUNK));
             self.sweep(submitter, &group, begin..end, steps[last] - steps[first])?;
             begin = end;

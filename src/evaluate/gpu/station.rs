@@ -1,19 +1,21 @@
 //! A device with everything that is lost with it: pipelines, data and buffers.
 
 use super::context::{Attempt, Context, Fault};
+use super::loops::Loops;
+use super::mishap::{Mishap, Mishaps};
 use super::pipeline::Pipeline;
 use super::pool::Pool;
 use super::ready::{Place, Ready};
 use super::resident::{Records, Resident, Residents, bytes, items_and_slots};
 use super::submitter::{Equipment, Submitter};
 use super::wave::Part;
-use super::{Checks, Loss, Timings};
+use super::{Checks, Timings, one_line};
 use crate::evaluate::problem::Data;
 use crate::evaluate::{Cost, Problem};
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use wgpu::BufferUsages as Usage;
 
 /// How work is done.
@@ -24,8 +26,14 @@ pub(super) struct Manner {
     pub(super) workgroup: u32,
     /// Largest storage buffer and binding, bytes.
     pub(super) largest: u64,
+    /// Whether the driver limits loops.
+    pub(super) limited_loops: bool,
+    /// Results, states and data of a wave, about, bytes.
+    pub(super) wave: u64,
     /// How long a submission may take, s.
     pub(super) budget: f64,
+    /// How long it may take before the device counts as hung.
+    pub(super) patience: Duration,
 }
 
 /// A device in use.
@@ -77,17 +85,21 @@ impl Station {
         &mut self,
         parts: &[Part],
         manner: Manner,
-        loss: &mut Loss,
+        mishaps: &mut Mishaps,
         timings: &mut Timings,
     ) -> Attempt<Vec<Vec<Cost>>> {
         let mut values = Vec::new();
         let mut begin = 0;
         let mut all = Vec::with_capacity(parts.len());
         for part in parts {
-            let ready = self.prepare(part, manner, &mut values, begin, timings)?;
+            let ready = self.prepare(part, manner, &mut values, begin, mishaps, timings)?;
             begin += ready.bytes;
             all.push(ready);
         }
+        if mishaps.strikes(Mishap::OutOfMemory) {
+            self.context.run_out_of_memory();
+        }
+        self.context.check()?;
         let start = Instant::now();
         let values_size = size_of_val(values.as_slice()) as u64;
         let buffer = self.values.take(&self.context, values_size);
@@ -96,13 +108,7 @@ impl Station {
             .write_buffer(&buffer, 0, bytemuck::cast_slice(&values));
         timings.upload += start.elapsed().as_secs_f64();
 
-        let mut submitter = Submitter::new(
-            &self.context,
-            &mut self.equipment,
-            loss,
-            manner.workgroup,
-            manner.budget,
-        );
+        let mut submitter = Submitter::new(&self.context, &mut self.equipment, mishaps, manner);
         for ready in &all {
             timings.upload +=
                 ready.submit(&self.context, &mut submitter, &buffer, &mut self.windows)?;
@@ -122,7 +128,7 @@ impl Station {
         submitter.finish(timings)?;
 
         let start = Instant::now();
-        self.context.wait(copied)?;
+        self.context.wait(copied, manner.patience)?;
         let view = self.context.mapped(&readback, begin)?;
         let results: &[[f32; 4]] = bytemuck::cast_slice(&view);
         let of_part = |ready: &Ready| {
@@ -152,11 +158,12 @@ impl Station {
         manner: Manner,
         values: &mut Vec<f32>,
         begin: u64,
+        mishaps: &mut Mishaps,
         timings: &mut Timings,
     ) -> Attempt<Ready<'a>> {
         let (problem, population) = (part.job.problem, part.job.population);
         let start = Instant::now();
-        let pipeline = self.pipeline(part.source, problem, manner.checks)?;
+        let pipeline = self.pipeline(part.source, problem, manner.checks, mishaps)?;
         timings.compile += start.elapsed().as_secs_f64();
 
         let start = Instant::now();
@@ -195,9 +202,11 @@ impl Station {
             Data::Tones(_) => 1,
         };
         let states = u64::from(items) * count * 4 * states as u64;
+        let loops = manner.limited_loops.then(|| Loops::of(problem));
         Ok(Ready {
             part,
             items,
+            loops: loops.transpose()?,
             pipeline,
             resident,
             candidates,
@@ -233,6 +242,7 @@ impl Station {
         source: &str,
         problem: &Problem,
         checks: Checks,
+        mishaps: &mut Mishaps,
     ) -> Result<Arc<Pipeline>> {
         let (entry, bindings): (_, &[u32]) = match &*problem.data {
             Data::Series(_) => ("evaluate_series", &[1, 2, 3, 4, 5, 6]),
@@ -242,10 +252,18 @@ impl Station {
         if let Some(known) = self.pipelines.get(&key) {
             return Ok(known.clone());
         }
+        let source = match mishaps.strikes(Mishap::ShaderRefused) {
+            true => "no shader",
+            false => source,
+        };
         let pipeline = Pipeline::compile(&self.context.device, checks, entry, bindings, source);
         let pipeline = Arc::new(pipeline.map_err(|error| {
             Error::failed(
-                format!("the GPU's driver refuses the shader: {error}"),
+                format!(
+                    "the driver of the GPU \"{}\" refuses the shader: {}",
+                    self.context.name,
+                    one_line(&error)
+                ),
                 "use --evaluator cpu, and report this",
             )
         })?);

@@ -1,10 +1,13 @@
 //! Submissions that are short enough for a desktop's driver, a few of them in flight.
 
+use super::Timings;
 use super::clock::Clock;
-use super::context::{Attempt, Context};
+use super::context::{Attempt, Context, Fault};
 use super::layout;
+use super::limits::MOST_WORKGROUPS;
+use super::mishap::{Mishap, Mishaps};
 use super::pipeline::Pipeline;
-use super::{Loss, Timings};
+use super::station::Manner;
 use crate::evaluate::simulate::{CHUNK, SLICE};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -16,8 +19,6 @@ const IN_FLIGHT: usize = 3;
 const MOST_PENDING: usize = 256;
 /// Candidates that a dispatch is not cut below: a GPU would not be faster with fewer.
 const FEW: u32 = 256;
-/// Largest number of workgroups in one dimension of a dispatch, as WebGPU guarantees it.
-const MOST_WORKGROUPS: u32 = 65_535;
 /// The shortest time that is believed, s: a clock may be coarser than a short submission.
 const SHORTEST: f64 = 1e-6;
 
@@ -86,14 +87,12 @@ struct Flight {
 pub(super) struct Submitter<'a> {
     context: &'a Context,
     equipment: &'a mut Equipment,
-    loss: &'a mut Loss,
+    mishaps: &'a mut Mishaps,
     /// Seconds of submissions, how many, and the longest.
     kernel: f64,
     submissions: u32,
     longest: f64,
-    workgroup: u32,
-    /// How long a submission may take, s.
-    budget: f64,
+    manner: Manner,
     pending: Vec<(Dispatch, Expected)>,
     flying: VecDeque<Flight>,
     /// When the last submission was seen to be done.
@@ -104,19 +103,17 @@ impl<'a> Submitter<'a> {
     pub(super) fn new(
         context: &'a Context,
         equipment: &'a mut Equipment,
-        loss: &'a mut Loss,
-        workgroup: u32,
-        budget: f64,
+        mishaps: &'a mut Mishaps,
+        manner: Manner,
     ) -> Self {
         Self {
             context,
             equipment,
-            loss,
+            mishaps,
             kernel: 0.0,
             submissions: 0,
             longest: 0.0,
-            workgroup,
-            budget,
+            manner,
             pending: Vec::new(),
             flying: VecDeque::new(),
             done: Instant::now(),
@@ -147,7 +144,7 @@ impl<'a> Submitter<'a> {
     /// What is left of the pending submission, s.
     fn room(&self) -> f64 {
         let expected: f64 = self.pending.iter().map(|(_, one)| one.seconds).sum();
-        self.budget - expected
+        self.manner.budget - expected
     }
 
     /// Where the rows end that fit into the pending submission: whole chunks from row `begin`, at least one, none of
@@ -196,8 +193,8 @@ impl<'a> Submitter<'a> {
             self.flush()?;
         }
         let share = (self.room() / seconds()).min(1.0);
-        let few = (f64::from(left) * share) as u32 / self.workgroup * self.workgroup;
-        let most = (MOST_WORKGROUPS * self.workgroup).min(left);
+        let few = (f64::from(left) * share) as u32 / self.manner.workgroup * self.manner.workgroup;
+        let most = (MOST_WORKGROUPS * self.manner.workgroup).min(left);
         Ok(if share < 1.0 {
             few.max(FEW).min(most)
         } else {
@@ -233,7 +230,7 @@ impl<'a> Submitter<'a> {
         while self.flying.len() >= IN_FLIGHT {
             self.land()?;
         }
-        if self.loss.strikes() {
+        if self.mishaps.strikes(Mishap::Lost) {
             self.context.device.destroy();
         }
         let device = &self.context.device;
@@ -256,7 +253,7 @@ impl<'a> Submitter<'a> {
                 timestamp_writes: clock.as_ref().map(Clock::writes),
             });
             for (number, (dispatch, _)) in (0..).zip(&self.pending) {
-                let groups = dispatch.candidates().div_ceil(self.workgroup);
+                let groups = dispatch.candidates().div_ceil(self.manner.workgroup);
                 pass.set_pipeline(&dispatch.pipeline.pipeline);
                 pass.set_bind_group(0, &dispatch.group, &[number * self.equipment.pitch]);
                 pass.dispatch_workgroups(groups, dispatch.work.items, 1);
@@ -295,7 +292,10 @@ impl<'a> Submitter<'a> {
         let Some(flight) = self.flying.pop_front() else {
             return Ok(());
         };
-        self.context.wait(flight.submission)?;
+        if self.mishaps.strikes(Mishap::Hang) {
+            return Err(Fault::Hung(self.manner.patience));
+        }
+        self.context.wait(flight.submission, self.manner.patience)?;
         let now = Instant::now();
         let began = flight.submitted.max(self.done);
         self.done = now;

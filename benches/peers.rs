@@ -5,6 +5,11 @@
 //! (`costs.csv`, `trajectories.csv`, `results.csv`). `--break` makes every gain of one peer 0.5 % too large, which must
 //! be noticed.
 
+#![allow(
+    unsafe_code,
+    reason = "loops on vectors as one would write them by hand"
+)]
+
 #[path = "shared/evaluators.rs"]
 mod evaluators;
 

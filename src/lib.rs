@@ -128,6 +128,8 @@
 //! ```
 
 // What is hidden in the documentation is there for the commands, the tests and the benches; it may change at any time.
+#[doc(hidden)]
+pub mod audited;
 pub mod card;
 pub mod diagnose;
 mod error;

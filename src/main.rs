@@ -20,7 +20,6 @@ fn main() -> ExitCode {
 fn quiet_device_selection() {
     let unset = |name| std::env::var_os(name).is_none();
     if unset("XDG_RUNTIME_DIR") && unset("MESA_VK_DEVICE_SELECT") {
-        // SAFETY: no other thread runs yet that could read the environment.
-        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+        servobee::audited::set_variable("NODEVICE_SELECT", "1");
     }
 }

@@ -1,6 +1,7 @@
 //! Many candidates at once: vectors as wide as the CPU has them, several in flight to hide latency.
 
 use super::{Real, Valued};
+use crate::audited::token;
 use bytemuck::Pod;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -83,15 +84,6 @@ element!(
 /// exists: inside `pulp`'s dispatch, as the CPU evaluator does.
 #[derive(Clone, Copy)]
 pub struct Lanes<E: Element, S: Simd, const K: usize>([E::Vector<S>; K]);
-
-/// The token of an instruction set.
-#[inline(always)]
-fn token<S: Simd>() -> S {
-    const { assert!(size_of::<S>() == 0) };
-    // SAFETY: a token has no bytes, so nothing is read. What it stands for, that the CPU has these instructions, was
-    // checked when pulp's dispatch chose `S`, which is the only place that names one.
-    unsafe { std::mem::zeroed() }
-}
 
 impl<E: Element, S: Simd, const K: usize> Lanes<E, S, K> {
     /// How many lanes there are.

@@ -9,12 +9,14 @@ use std::time::Duration;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use servobee::evaluate::problem::{Data, Series, Stream};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Precision, Problem, parameters_for, structure_for, workload,
+    Cost, CpuEvaluator, Evaluator, Memory, Precision, Problem, parameters_for, structure_for,
+    workload,
 };
 use servobee::model::Parameter;
 use servobee::rig::Setup;
 use servobee::search::datasheet::{Case, FULL_SCALE};
 use servobee::search::{Bees, Fit, Plan, Settings, Start, fit, fit_all};
+use std::ops::ControlFlow;
 
 const GENERATIONS: usize = 20;
 /// Fits one after another and together.
@@ -62,6 +64,7 @@ fn paper(seed: u64) -> Plan {
         seed,
         polish: false,
         coloured: false,
+        memory: Memory::default(),
     }
 }
 
@@ -81,7 +84,10 @@ fn datasheet(criterion: &mut Criterion) {
         let mut evaluator = CpuEvaluator::new(precision);
         group.bench_function(format!("d675 response, paper, CPU {name}"), |bencher| {
             bencher.iter(|| {
-                fit(black_box(problem), &mut evaluator, &plan, &mut |_| {}).expect("a fit")
+                fit(black_box(problem), &mut evaluator, &plan, &mut |_| {
+                    ControlFlow::Continue(())
+                })
+                .expect("a fit")
             });
         });
     }
@@ -101,9 +107,11 @@ fn record(criterion: &mut Criterion) {
     let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
     let mut evaluator = CpuEvaluator::new(Precision::F32);
     let plan = Plan::of_records(1);
-    let gain = fit(&problem, &mut evaluator, &plan, &mut |_| {})
-        .expect("a fit")
-        .values()[0];
+    let gain = fit(&problem, &mut evaluator, &plan, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .expect("a fit")
+    .values()[0];
     assert!(
         (gain / setup.valve.gain - 1.0).abs() < 0.05,
         "the fit finds the gain, not {gain}"
@@ -114,8 +122,12 @@ fn record(criterion: &mut Criterion) {
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(5));
     group.bench_function("record of 2000 rows, spool and flow", |bencher| {
-        bencher
-            .iter(|| fit(black_box(&problem), &mut evaluator, &plan, &mut |_| {}).expect("a fit"));
+        bencher.iter(|| {
+            fit(black_box(&problem), &mut evaluator, &plan, &mut |_| {
+                ControlFlow::Continue(())
+            })
+            .expect("a fit")
+        });
     });
 }
 
@@ -126,12 +138,17 @@ fn many(criterion: &mut Criterion) {
     let plans: Vec<Plan> = (0..FITS).map(paper).collect();
     let tasks: Vec<(&Problem, &Plan)> = problems.iter().zip(&plans).collect();
     let apart = |evaluator: &mut dyn Evaluator| -> Vec<Fit> {
-        let one = |(problem, plan): &(&Problem, &Plan)| fit(problem, evaluator, plan, &mut |_| {});
+        let one = |(problem, plan): &(&Problem, &Plan)| {
+            fit(problem, evaluator, plan, &mut |_| ControlFlow::Continue(()))
+        };
         let fits: servobee::Result<_> = tasks.iter().map(one).collect();
         fits.expect("fits")
     };
     let together = |evaluator: &mut dyn Evaluator| {
-        fit_all(black_box(&tasks), evaluator, &mut |_| {}).expect("fits")
+        fit_all(black_box(&tasks), evaluator, &mut |_| {
+            ControlFlow::Continue(())
+        })
+        .expect("fits")
     };
     let mut group = criterion.benchmark_group(format!("{FITS} fits"));
     group

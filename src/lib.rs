@@ -30,7 +30,8 @@
 //! use servobee::evaluate::problem::{Data, Problem, Sample, Series};
 //! use servobee::evaluate::{CpuEvaluator, Precision, reference};
 //! use servobee::model::{Initial, Structure};
-//! use servobee::search::{Plan, Settings, Start, fit};
+//! use servobee::search::{Plan, Settings, fit};
+//! use std::ops::ControlFlow;
 //!
 //! // A valve's answer to a step of 10 V from rest, every 2 ms.
 //! let structure = Structure { initial: Initial::Rest, ..Structure::actuator(10.0, "V") };
@@ -47,8 +48,8 @@
 //!
 //! let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
 //! let mut evaluator = CpuEvaluator::new(Precision::F32);
-//! let plan = Plan { settings: Settings::paper(), start: Start::Uniform, seed: 1, polish: true, coloured: false };
-//! let fit = fit(&problem, &mut evaluator, &plan, &mut |_| {})?;
+//! let plan = Plan { settings: Settings::paper(), coloured: false, ..Plan::of_records(1) };
+//! let fit = fit(&problem, &mut evaluator, &plan, &mut |_| ControlFlow::Continue(()))?;
 //! assert!((fit.values()[0] / gain - 1.0).abs() < 1e-6);
 //! # servobee::Result::Ok(())
 //! ```

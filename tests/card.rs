@@ -3,9 +3,9 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::card::Card;
-use servobee::evaluate::Problem;
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::reference;
+use servobee::evaluate::{Memory, Problem};
 use servobee::model::valve::{Drop, ValveForm};
 use servobee::model::{Output, Structure};
 use servobee::search::{Plan, refine};
@@ -71,6 +71,7 @@ fn card(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64) ->
     let problem = problem(structure, values, noise, seed);
     let plan = Plan {
         coloured: false,
+        memory: Memory::default(),
         ..Plan::of_records(1)
     };
     let fit = refine(&problem, &problem.start(), &plan).unwrap();

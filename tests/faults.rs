@@ -10,10 +10,11 @@ use program::{printed, servobee_with};
 use servobee::Result;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{
-    Care, Cost, CpuEvaluator, Evaluator, Guarded, Job, PARITY, Population, Precision, Problem,
-    Standby,
+    Care, Cost, CpuEvaluator, Evaluator, Guarded, Job, Memory, PARITY, Population, Precision,
+    Problem, Standby,
 };
 use servobee::search::{Fit, Plan, Settings, Start, fit};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -50,11 +51,14 @@ fn plan() -> Plan {
         seed: 3,
         polish: true,
         coloured: false,
+        memory: Memory::default(),
     }
 }
 
 fn fitted(problem: &Problem, evaluator: &mut dyn Evaluator) -> Result<Fit> {
-    fit(problem, evaluator, &plan(), &mut |_| {})
+    fit(problem, evaluator, &plan(), &mut |_| {
+        ControlFlow::Continue(())
+    })
 }
 
 /// What a device does to costs that are right.

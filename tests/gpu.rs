@@ -8,10 +8,11 @@ mod common;
 use common::{Record, case, near_start, problem, random};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Job, PARITY, Population, Precision, Problem,
+    Cost, CpuEvaluator, Evaluator, Job, Memory, PARITY, Population, Precision, Problem,
 };
 use servobee::model::Hold;
 use servobee::search::{Plan, Settings, Start, fit, fit_all};
+use std::ops::ControlFlow;
 
 /// [`common::gpu`] without the driver's checks.
 fn gpu() -> Option<GpuEvaluator> {
@@ -110,6 +111,7 @@ fn plan(generations: usize, seed: u64, polish: bool) -> Plan {
         seed,
         polish,
         coloured: false,
+        memory: Memory::default(),
     }
 }
 
@@ -132,7 +134,10 @@ fn a_search_finds_among_others_what_it_finds_alone() {
     for mut evaluator in evaluators() {
         let name = evaluator.describe();
         let mut generations = Vec::new();
-        let together = fit_all(&tasks, &mut *evaluator, &mut |done| generations.push(done));
+        let together = fit_all(&tasks, &mut *evaluator, &mut |done| {
+            generations.push(done);
+            ControlFlow::Continue(())
+        });
         let together = together.expect("fits");
         assert_eq!(generations, Vec::from_iter(0..=9), "{name}");
         assert_eq!(together.len(), tasks.len(), "{name}");
@@ -140,7 +145,10 @@ fn a_search_finds_among_others_what_it_finds_alone() {
             let history = &found.search.history;
             assert_eq!(history.len(), plan.settings.itr + 1, "{name}");
             assert_eq!(found.polished.is_some(), plan.polish, "{name}");
-            let alone = fit(problem, &mut *evaluator, plan, &mut |_| {}).expect("a fit");
+            let alone = fit(problem, &mut *evaluator, plan, &mut |_| {
+                ControlFlow::Continue(())
+            })
+            .expect("a fit");
             assert_eq!(bits(history), bits(&alone.search.history), "{name}");
             // Written out, an f64 is told from every other.
             assert_eq!(format!("{found:?}"), format!("{alone:?}"), "{name}");
@@ -171,11 +179,11 @@ fn searches_are_evaluated_together_until_each_has_finished() {
     let mut tasks: Vec<(&Problem, &Plan)> = plans.iter().map(|plan| (&free, plan)).collect();
     tasks.insert(1, (&fixed, &plans[0]));
     let mut evaluator = Counting(CpuEvaluator::new(Precision::F32), Vec::new());
-    let fits = fit_all(&tasks, &mut evaluator, &mut |_| {}).expect("fits");
+    let fits = fit_all(&tasks, &mut evaluator, &mut |_| ControlFlow::Continue(())).expect("fits");
     assert_eq!(evaluator.1, [4, 4, 3, 3, 1, 1]);
     assert_eq!((fits[1].evaluations, fits[1].values()), (1, &[][..]));
     assert_eq!(fits[1].cost(), fits[1].cost_at_start);
-    let none = fit_all(&[], &mut evaluator, &mut |_| {}).expect("no fits");
+    let none = fit_all(&[], &mut evaluator, &mut |_| ControlFlow::Continue(())).expect("no fits");
     assert!(none.is_empty());
     assert_eq!(evaluator.1.len(), 6);
 }

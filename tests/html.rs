@@ -242,7 +242,7 @@ fn what_a_file_is_called_is_text_on_the_page() {
     let text =
         read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv")).unwrap();
     let mut lines = text.lines();
-    let head = format!("{},<b>more</b>\n", lines.next().unwrap());
+    let head = format!("{},<script>alert(3)</script>\n", lines.next().unwrap());
     let rows: String = lines.map(|line| format!("{line},1\n")).collect();
     for (i, name) in names.into_iter().enumerate() {
         write(folder.path().join(name), format!("{head}{rows}")).unwrap();
@@ -253,7 +253,7 @@ fn what_a_file_is_called_is_text_on_the_page() {
         ));
         let page = read_to_string(folder.path().join(&out).join("report.html")).unwrap();
         assert_well_formed(&page);
-        for raw in ["<script", "<img", "<b>more"] {
+        for raw in ["<script", "<img"] {
             assert!(!page.contains(raw), "{raw}");
         }
         let escaped = [
@@ -261,7 +261,10 @@ fn what_a_file_is_called_is_text_on_the_page() {
             "&lt;img src=x onerror=alert(2)&gt;&amp;&quot;",
         ];
         assert!(page.contains(escaped[i]), "{}", escaped[i]);
-        assert!(page.contains("&lt;b&gt;more"), "the column that is ignored");
+        assert!(
+            page.contains("&lt;script&gt;alert(3)"),
+            "the column that is ignored"
+        );
     }
 }
 

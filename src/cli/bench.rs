@@ -148,7 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     if arguments.json {
         let text = serde_json::to_string_pretty(&report).expect("a report is JSON");
-        println!("{text}");
+        tell!("{text}");
     } else {
         print(&report);
     }
@@ -280,15 +280,16 @@ fn time(
 }
 
 fn print(report: &Report) {
-    println!(
+    tell!(
         "Million candidate-steps per second; base model, {} samples, {} steps per candidate.\n",
-        report.samples, report.steps_per_candidate
+        report.samples,
+        report.steps_per_candidate
     );
     for (i, measured) in report.evaluators.iter().enumerate() {
         let (number, name, difference) = (i + 1, &measured.name, measured.disagreement);
-        println!("[{number}] {name}, costs within {difference:.1e} of the CPU's in f64");
+        tell!("[{number}] {name}, costs within {difference:.1e} of the CPU's in f64");
     }
-    println!();
+    tell!();
     let rate = |measured: &Measured, size: usize| {
         let timing = measured.results.iter().find(|r| r.population == size)?;
         Some(timing.candidate_steps_per_second / 1e6)
@@ -315,8 +316,8 @@ fn print(report: &Report) {
         row.push(number(ratio, 2));
         row
     };
-    println!("{}", table(&head, SIZES.map(row)));
-    println!("\nGPU/CPU: the fastest GPU over the fastest on the CPU. -: not measured.");
+    tell!("{}", table(&head, SIZES.map(row)));
+    tell!("\nGPU/CPU: the fastest GPU over the fastest on the CPU. -: not measured.");
     let numbered = report.evaluators.iter().zip(1..);
     phases::print(numbered.flat_map(|(m, number)| m.phases.iter().map(move |one| (number, one))));
 }

@@ -21,13 +21,13 @@ pub(super) fn print(figures: &[Figure]) {
         ]
     };
     let head = ["valve card", "unit", "value", "95 % interval"];
-    println!("{}", table(&head, known.iter().map(row)));
+    tell!("{}", table(&head, known.iter().map(row)));
     let mut reasons: Vec<&str> = unknown.iter().map(|figure| figure.note.as_str()).collect();
     reasons.dedup();
     for reason in reasons {
         let own = unknown.iter().filter(|figure| figure.note == reason);
         let labels: Vec<&str> = own.map(|figure| figure.label.as_str()).collect();
-        println!("No {}: {reason}.", labels.join(", "));
+        tell!("No {}: {reason}.", labels.join(", "));
     }
-    println!();
+    tell!();
 }

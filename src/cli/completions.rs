@@ -3,7 +3,6 @@
 use clap::{Command, ValueEnum};
 use clap_complete::Shell;
 use servobee::Result;
-use std::io::stdout;
 
 /// Writes the completions of the command line for a shell
 #[derive(clap::Args)]
@@ -23,6 +22,8 @@ fn shells() -> String {
 }
 
 pub(super) fn run(arguments: &Arguments, mut command: Command) -> Result<()> {
-    clap_complete::generate(arguments.shell, &mut command, "servobee", &mut stdout());
+    let mut text = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command, "servobee", &mut text);
+    super::out::write(format_args!("{}", String::from_utf8_lossy(&text)));
     Ok(())
 }

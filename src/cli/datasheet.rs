@@ -9,7 +9,7 @@ use servobee::diagnose::Sides;
 use servobee::diagnose::Verdict;
 use servobee::evaluate::Score;
 use servobee::evaluate::problem::Stream;
-use servobee::evaluate::{Chosen, Problem};
+use servobee::evaluate::{Chosen, Evaluator, Fingerprint, Memory, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
 use servobee::report::ModelFile;
 use servobee::report::{
@@ -115,11 +115,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let output = arguments.options.output()?;
     let sheets = sheets(arguments)?;
     let mut chosen = arguments.options.evaluator()?;
+    let mut fingerprint = Fingerprint::default();
+    fingerprint.text("datasheet");
+    for sheet in &sheets {
+        let plans = plans(sheet, arguments, &Memory::default());
+        fingerprint.text(&format!("{:?} {plans:?}", sheet.problem));
+    }
+    let work = arguments.options.begin(fingerprint.finish())?;
     let mut report: Option<Document> = None;
     let mut fitted = Vec::new();
+    let mut broken_off = None;
     for sheet in sheets {
         let started = Instant::now();
-        let results = fits(&sheet, &mut chosen, arguments)?;
+        let (results, mut warnings) = work.run(&mut chosen, |evaluator| {
+            fits(&sheet, evaluator, arguments, &work.memory)
+        })?;
+        let (_, longest) = plans(&sheet, arguments, &Memory::default())
+            .pop()
+            .expect("three plans");
+        let (_, found) = results.last().expect("every sheet is fitted");
+        if found.search.history.len() <= longest.settings.itr {
+            let stage = format!(
+                "{}, generation {}",
+                sheet.title,
+                found.search.history.len() - 1
+            );
+            warnings.push(format!(
+                "interrupted in \"{stage}\": this is what was known then"
+            ));
+            broken_off = Some(stage);
+        }
         let best = results
             .last()
             .map(|(_, fit)| fit)
@@ -129,7 +154,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         }
         let seconds = started.elapsed().as_secs_f64();
         let evaluations = results.iter().map(|(_, fit)| fit.evaluations).sum();
-        let document = document(
+        for warning in &warnings {
+            colour::warning(warning);
+        }
+        let mut document = document(
             &sheet,
             best,
             &chosen,
@@ -137,6 +165,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             evaluations,
             seconds,
         );
+        document.warnings.extend(warnings);
         report = Some(match report {
             Some(earlier) => earlier.and(document),
             None => document,
@@ -145,12 +174,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     let report = report.expect("at least one sheet");
     if arguments.options.talks() {
-        println!();
+        tell!();
         card::print(&report.card);
     }
     arguments
         .options
-        .hand_over(&report, output, || files(&fitted, &report))
+        .hand_over(&report, output, || files(&fitted, &report))?;
+    work.end(broken_off.as_deref())
 }
 
 /// The files of the fitted sheets: a report of all, and a model and its points for each.
@@ -212,11 +242,7 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
 }
 
 /// The paper's settings from both starts, and a large search with polish, which is the result.
-fn fits(
-    sheet: &Sheet,
-    chosen: &mut Chosen,
-    arguments: &Arguments,
-) -> Result<Vec<(&'static str, Fit)>> {
+fn plans(sheet: &Sheet, arguments: &Arguments, memory: &Memory) -> Vec<(&'static str, Plan)> {
     let paper = arguments.ngh.paper();
     let plan = |settings, start, polish| Plan {
         settings,
@@ -224,9 +250,10 @@ fn fits(
         seed: arguments.options.seed,
         polish,
         coloured: false,
+        memory: memory.clone(),
     };
     let hand_set = Start::Near(sheet.problem.start());
-    let plans = [
+    vec![
         (
             "paper's settings, hand-set start",
             plan(paper, hand_set, false),
@@ -239,23 +266,31 @@ fn fits(
             "large search, uniform start, polished",
             plan(Settings::large(), Start::Uniform, true),
         ),
-    ];
+    ]
+}
+
+fn fits(
+    sheet: &Sheet,
+    evaluator: &mut dyn Evaluator,
+    arguments: &Arguments,
+    memory: &Memory,
+) -> Result<Vec<(&'static str, Fit)>> {
+    let plans = plans(sheet, arguments, memory);
     let generations = plans.iter().map(|(_, plan)| plan.settings.itr).max();
     let (bar, mut tick) = progress(&sheet.title, generations.expect("three plans"));
-    let tasks = plans.each_ref().map(|(_, plan)| (&sheet.problem, plan));
-    let found = fit_all(&tasks, chosen.evaluator.as_mut(), &mut tick);
+    let tasks: Vec<_> = plans
+        .iter()
+        .map(|(_, plan)| (&sheet.problem, plan))
+        .collect();
+    let found = fit_all(&tasks, evaluator, &mut tick);
     bar.finish_and_clear();
-    Ok(plans
-        .map(|(name, _)| name)
-        .into_iter()
-        .zip(found?)
-        .collect())
+    Ok(plans.iter().map(|(name, _)| *name).zip(found?).collect())
 }
 
 fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
-    println!("\n{}", capitalised(&sheet.title));
+    tell!("\n{}", capitalised(&sheet.title));
     for note in &sheet.notes {
-        println!("  {note}");
+        tell!("  {note}");
     }
     let unit = &sheet.quantity.1;
     let mut rows = Vec::new();
@@ -282,7 +317,7 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
         &format!("worst [{unit}]"),
         "evaluations",
     ];
-    println!("{}", table(&head, rows));
+    tell!("{}", table(&head, rows));
 
     let best = results
         .last()
@@ -313,9 +348,9 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
     let mut head = vec!["parameter", "unit"];
     head.extend(published.then_some("published"));
     head.extend(["fitted", "95 % interval", ""]);
-    println!("{}", table(&head, rows));
+    tell!("{}", table(&head, rows));
     for line in not_identifiable(best) {
-        println!("Not identifiable: {line}");
+        tell!("Not identifiable: {line}");
     }
 
     let simulated = sheet.simulated(&sheet.problem, best.values());
@@ -336,9 +371,9 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
         "fitted".into(),
         "error".into(),
     ]);
-    println!("{}", table(&head, rows));
+    tell!("{}", table(&head, rows));
     let change = number(integration_error(sheet, best));
-    println!("Halving the integration steps changes the {quantity} by at most {change} {unit}.");
+    tell!("Halving the integration steps changes the {quantity} by at most {change} {unit}.");
     if sheet.axes.len() == 2 {
         print_by_amplitude(sheet, &errors(sheet, best.values()));
     }
@@ -365,7 +400,7 @@ fn print_by_amplitude(sheet: &Sheet, errors: &[f64]) {
             continue;
         };
         let all: Vec<f64> = own.iter().map(|pair| pair.1).collect();
-        println!(
+        tell!(
             "Left at {} %: {} {unit} RMS, between {} {unit} at {} Hz and {} {unit} at {} Hz",
             number(amplitude),
             number(rms(&all)),

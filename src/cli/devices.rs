@@ -48,12 +48,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             "auto": chosen.evaluator.describe(),
             "auto_reason": chosen.why,
         });
-        println!("{all:#}");
+        tell!("{all:#}");
         return Ok(());
     }
-    println!("{cpu}, {} threads\n", rayon::current_num_threads());
+    tell!("{cpu}, {} threads\n", rayon::current_num_threads());
     if adapters.is_empty() {
-        println!(
+        tell!(
             "No GPU adapter. For a GPU install its maker's Vulkan driver; without one, \
              mesa-vulkan-drivers (Debian, Ubuntu, Fedora) or vulkan-swrast (Arch) computes in software.\n"
         );
@@ -68,10 +68,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             &row((0, &HEADS[0])),
             HEADS.iter().enumerate().skip(1).map(row),
         );
-        println!("{table}\n");
+        tell!("{table}\n");
     }
     let chosen = choose(Choice::Auto)?;
-    println!(
+    tell!(
         "--evaluator auto uses {}: {}",
         chosen.evaluator.describe(),
         chosen.why

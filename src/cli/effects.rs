@@ -50,10 +50,10 @@ fn names() -> PossibleValuesParser {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.name {
         None if arguments.json => {
-            println!("{:#}", CATALOGUE.iter().map(described).collect::<Value>())
+            tell!("{:#}", CATALOGUE.iter().map(described).collect::<Value>())
         }
-        None => println!("{}", list()),
-        Some(name) => println!("{}", explain(name)?),
+        None => tell!("{}", list()),
+        Some(name) => tell!("{}", explain(name)?),
     }
     Ok(())
 }

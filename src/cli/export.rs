@@ -1,5 +1,6 @@
 //! `servobee export`.
 
+use super::colour;
 use servobee::export::{Model, c, fmu, modelica, simscape};
 use servobee::report::{ModelFile, OutputFile};
 use servobee::{Error, Result};
@@ -47,7 +48,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
             let fmu = fmu::fmu(&model, &compiler)?;
             if let Some(why) = fmu.without_binary {
-                eprintln!("warning: the FMU has its C sources but no binary: {why}");
+                colour::warning(format_args!(
+                    "the FMU has its C sources but no binary: {why}"
+                ));
             }
             output.finish_bytes(&fmu.bytes)
         }

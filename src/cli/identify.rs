@@ -2,10 +2,11 @@
 
 use super::options::{Options, spinner};
 use super::table::{number, table};
-use super::{card, colour};
+use super::{card, colour, interrupt};
 use servobee::card::Card;
-use servobee::diagnose::{self, Compared, Identified, Measurements, Verdict, identify};
-use servobee::evaluate::{parameters_for, scale_of, structure_for};
+use servobee::diagnose::{self, Compared, Cut, Identified, Measurements, ROWS, Verdict, identify};
+use servobee::evaluate::problem::Series;
+use servobee::evaluate::{Fingerprint, parameters_for, scale_of, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Mapping, Record, check_mappings};
 use servobee::report::{
@@ -40,6 +41,9 @@ pub(super) struct Arguments {
     /// Share of each record that is held out where no record is
     #[arg(long, value_name = "SHARE", default_value_t = HOLD_OUT, value_parser = share)]
     hold_out_share: f64,
+    /// Largest number of rows that are fitted and held out; of records that have more, stretches all along them are
+    #[arg(long, value_name = "N", default_value_t = ROWS, value_parser = rows)]
+    max_rows: usize,
     /// A column of the files and what it is: "x_cmd_mm=command [mm]"
     #[arg(long, value_name = "COLUMN=CHANNEL [UNIT]")]
     map: Vec<Mapping>,
@@ -72,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     for record in &records {
         record.check_excited()?;
     }
-    let warnings = records
+    let mut warnings: Vec<String> = records
         .iter()
         .chain(&held_out)
         .flat_map(Record::remarks)
@@ -93,41 +97,69 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         None => parameters,
     };
     let rate = structure.fastest_rate(&parameters);
-    let measurements = Measurements::with_share(
-        &records,
-        &held_out,
-        arguments.hold_out_share,
-        &structure,
-        rate,
-    )?;
+    let cut = Cut {
+        hold_out: arguments.hold_out_share,
+        rows: arguments.max_rows,
+    };
+    let measurements = Measurements::new(&records, &held_out, cut, &structure, rate)?;
+
+    let used = measurements.used();
+    if used < measurements.rows {
+        let stretches = measurements.fit.len() + measurements.hold_out.len();
+        warnings.push(format!(
+            "of {} rows {used} are used, in {stretches} stretches all along the records: --max-rows sets how many",
+            measurements.rows
+        ));
+    }
+    let sizes = scale_of(&structure, &records);
+    drop((records, held_out));
 
     let mut chosen = arguments.options.evaluator()?;
-    let plan = Plan::of_records(arguments.options.seed);
+    let mut plan = Plan::of_records(arguments.options.seed);
     let effects = entries.iter().flat_map(|entry| entry.on(&structure));
     let options = diagnose::Options {
         effects: effects.collect(),
         max_effects: arguments.max_effects,
     };
-    let sizes = scale_of(&structure, &records);
+    let mut fingerprint = Fingerprint::default();
+    fingerprint.text(&format!(
+        "identify {structure:?} {parameters:?} {plan:?} {options:?}"
+    ));
+    for series in measurements.fit.iter().chain(&measurements.hold_out) {
+        tell_of(&mut fingerprint, series);
+    }
+    let work = arguments.options.begin(fingerprint.finish())?;
+    plan.memory = work.memory.clone();
     let bar = spinner();
-    let result = identify(
-        structure,
-        parameters,
-        sizes,
-        measurements,
-        chosen.evaluator.as_mut(),
-        &plan,
-        &options,
-        &mut |stage| bar.set_message(stage.to_owned()),
-    );
+    let result = work.run(&mut chosen, |evaluator| {
+        identify(
+            structure,
+            parameters,
+            sizes,
+            measurements,
+            evaluator,
+            &plan,
+            &options,
+            &mut |stage| {
+                bar.set_message(stage.to_owned());
+                interrupt::goes_on()
+            },
+        )
+    });
     bar.set_message("valve card");
-    let result = result.map(|identified| {
+    let result = result.map(|(identified, of_run)| {
         let after = &identified.after;
         let card = Card::of(&after.problem, &after.fit);
-        (identified, card)
+        (identified, card, of_run)
     });
     bar.finish_and_clear();
-    let (identified, card) = result?;
+    let (identified, card, of_run) = result?;
+    warnings.extend(of_run);
+    if let Some(stage) = &identified.broken_off {
+        warnings.push(format!(
+            "interrupted in \"{stage}\": this is what was known then"
+        ));
+    }
     let seconds = started.elapsed().as_secs_f64();
     let document = Document::of(
         &identified,
@@ -150,13 +182,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             ("model.toml".into(), model_toml(&identified)),
             ("residual.csv".into(), residual_csv(&identified)),
         ]
-    })
+    })?;
+    work.end(identified.broken_off.as_deref())
+}
+
+/// Tells `fingerprint` what is measured.
+fn tell_of(fingerprint: &mut Fingerprint, series: &Series) {
+    fingerprint.text(&series.name).values(&series.time);
+    for sample in &series.samples {
+        fingerprint
+            .values(&sample.input)
+            .values(&sample.target)
+            .values(&[sample.weight]);
+    }
 }
 
 fn share(text: &str) -> std::result::Result<f64, String> {
     match text.parse() {
         Ok(share) if (0.05..=0.9).contains(&share) => Ok(share),
         _ => Err("a number from 0.05 to 0.9".into()),
+    }
+}
+
+fn rows(text: &str) -> std::result::Result<usize, String> {
+    match text.parse() {
+        Ok(rows) if rows >= 1000 => Ok(rows),
+        _ => Err("a whole number from 1000 on".into()),
     }
 }
 
@@ -192,7 +243,7 @@ fn print(identified: &Identified, document: &Document) {
         let rows = records.iter().flat_map(|r| &r.samples);
         rows.filter(|s| s.weight > 0.0).count()
     };
-    println!(
+    tell!(
         "Fitted {} rows of {} record(s), held out {} rows; full scale {} {}.\n",
         count(&identified.measurements.fit),
         identified.measurements.fit.len(),
@@ -230,13 +281,13 @@ fn print_effects(identified: &Identified, document: &Document) {
         format!("{percent:.1} % ({low:.1} .. {high:.1})")
     };
     if let Some(improvement) = &document.error.improvement.hold_out {
-        println!(
+        tell!(
             "Held-out error lower by {}; {:.0} % of what was above the noise is explained.",
             error(improvement),
             100.0 * identified.explained
         );
     }
-    println!();
+    tell!();
     if let Some(form) = &document.free_form {
         print_free_form(form);
     }
@@ -262,15 +313,17 @@ fn print_effects(identified: &Identified, document: &Document) {
             "after",
             "cannot be told from",
         ];
-        println!("{}", table(&head, rows.collect::<Vec<_>>()));
-        println!("(held-out RMS over all channels, in units of the noise floor)\n");
+        tell!("{}", table(&head, rows.collect::<Vec<_>>()));
+        tell!("(held-out RMS over all channels, in units of the noise floor)\n");
         for one in added {
-            println!(
+            tell!(
                 "{}: {}. It shows as {}.",
-                one.effect, one.effect.entry.summary, one.effect.entry.shows
+                one.effect,
+                one.effect.entry.summary,
+                one.effect.entry.shows
             );
         }
-        println!();
+        tell!();
     }
 }
 
@@ -279,15 +332,17 @@ fn print_free_form(form: &FreeFormReport) {
         Some(channel) => format!("the measured {channel}"),
         None => format!("the {} port", form.port),
     };
-    println!(
+    tell!(
         "A curve of the {} added at {place} takes the held-out error from {:.3} to {:.3} times the noise floor:\n",
-        form.signal, form.error_before, form.error_after
+        form.signal,
+        form.error_before,
+        form.error_after
     );
     let row = |knot: &Knot| vec![number(knot.signal), number(knot.value)];
     let signal = format!("{} [{}]", form.signal, form.signal_unit);
     let added = format!("added [{}]", form.unit);
     let rows: Vec<Vec<String>> = form.curve.iter().map(row).collect();
-    println!("{}\n", table(&[signal.as_str(), added.as_str()], rows));
+    tell!("{}\n", table(&[signal.as_str(), added.as_str()], rows));
 }
 
 fn print_errors(identified: &Identified) {
@@ -321,7 +376,7 @@ fn print_errors(identified: &Identified) {
         "noise floor",
         "from",
     ];
-    println!("{}\n", table(&head, rows));
+    tell!("{}\n", table(&head, rows));
 }
 
 fn print_parameters(document: &Document) {
@@ -349,11 +404,11 @@ fn print_parameters(document: &Document) {
     };
     let rows: Vec<Vec<String>> = document.parameters.iter().map(row).collect();
     let head = ["parameter", "unit", "before", "after", "95 % interval", ""];
-    println!("{}", table(&head, rows));
+    tell!("{}", table(&head, rows));
     for line in &document.not_identifiable {
-        println!("Not identifiable: {line}");
+        tell!("Not identifiable: {line}");
     }
-    println!();
+    tell!();
 }
 
 fn print_rest(identified: &Identified, document: &Document) {
@@ -382,25 +437,25 @@ fn print_rest(identified: &Identified, document: &Document) {
             "held-out error",
             "decision",
         ];
-        println!("{}", table(&head, rows.collect::<Vec<_>>()));
+        tell!("{}", table(&head, rows.collect::<Vec<_>>()));
         let others = document.considered.len() - first.len();
-        println!("({others} more were screened and not refitted; report.json has them all)\n");
+        tell!("({others} more were screened and not refitted; report.json has them all)\n");
     }
     let known = &document.remaining.correlates_with;
     match (document.remaining.structured, known.is_empty()) {
-        (true, false) => println!(
+        (true, false) => tell!(
             "What is left in the residual is more than noise: {}.",
             known.join(", ")
         ),
-        (true, true) => println!(
+        (true, true) => tell!(
             "What is left is far above the noise floor, but follows nothing that this record shows."
         ),
         (false, _) => {
-            println!("What is left in the residual depends on nothing that this record shows.")
+            tell!("What is left in the residual depends on nothing that this record shows.")
         }
     }
     for (channel, change) in &identified.integration_error {
-        println!(
+        tell!(
             "Halving the integration steps changes {channel} by at most {}.",
             number(*change)
         );

@@ -37,12 +37,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspections)
             .map_err(|error| Error::failed(format!("no JSON: {error}"), "report this"))?;
-        println!("{json}");
+        tell!("{json}");
         return Ok(());
     }
     for (index, inspection) in inspections.iter().enumerate() {
         if index > 0 {
-            println!();
+            tell!();
         }
         print(inspection);
     }
@@ -50,46 +50,47 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn print(inspection: &Inspection) {
-    println!("{}: {}", inspection.path, inspection.format);
+    tell!("{}: {}", inspection.path, inspection.format);
     if let Some(timing) = &inspection.timing {
-        println!("{}", times(timing));
+        tell!("{}", times(timing));
         for line in gaps(&timing.gaps) {
-            println!("{line}");
+            tell!("{line}");
         }
     }
     if let Some(period) = inspection.command_period {
-        println!("The command repeats itself every {} s.", number(period));
+        tell!("The command repeats itself every {} s.", number(period));
     }
     for (channel, follows) in inspection.follows.iter().filter(|(_, f)| f.is_close()) {
-        println!(
+        tell!(
             "The {channel} is most like the command {} rows before it (correlation {:.3}).",
-            follows.rows, follows.correlation
+            follows.rows,
+            follows.correlation
         );
     }
-    println!("\n{}", columns(&inspection.columns));
+    tell!("\n{}", columns(&inspection.columns));
     for (name, what) in &inspection.others {
-        println!("{name} is no column: {what}");
+        tell!("{name} is no column: {what}");
     }
-    println!();
+    tell!();
     for warning in &inspection.warnings {
-        println!("Warning: {warning}");
+        tell!("Warning: {warning}");
     }
     if !inspection.proposals.is_empty() {
-        println!("Proposed, to be checked:");
+        tell!("Proposed, to be checked:");
         for proposal in &inspection.proposals {
-            println!("  {}: {}", proposal.map, proposal.reason);
+            tell!("  {}: {}", proposal.map, proposal.reason);
         }
     }
     match (&inspection.problem, &inspection.problem_left) {
-        (None, _) => println!("Ready for identify:\n  {}", inspection.call),
+        (None, _) => tell!("Ready for identify:\n  {}", inspection.call),
         (Some(problem), None) => {
-            println!("Not ready for identify: {problem}");
-            println!("Ready with what is proposed:\n  {}", inspection.call);
+            tell!("Not ready for identify: {problem}");
+            tell!("Ready with what is proposed:\n  {}", inspection.call);
         }
         (Some(problem), Some(left)) => {
-            println!("Not ready for identify: {problem}");
+            tell!("Not ready for identify: {problem}");
             if left != problem {
-                println!("With what is proposed there is still: {left}");
+                tell!("With what is proposed there is still: {left}");
             }
         }
     }

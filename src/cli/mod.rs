@@ -1,5 +1,8 @@
 //! Parses the call, hands it to a command, and lets `main` print what went wrong.
 
+#[macro_use]
+mod out;
+
 mod bench;
 mod card;
 pub(crate) mod colour;
@@ -10,12 +13,14 @@ mod effects;
 mod export;
 mod identify;
 mod inspect;
+mod interrupt;
 mod options;
 mod plot;
 mod scorecard;
 mod simulate;
 mod synthesize;
 mod table;
+mod work;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -54,7 +59,7 @@ pub(crate) fn run() -> Result<()> {
         Err(error) if !error.use_stderr() || error.kind() == HELP_WITHOUT_COMMAND => error.exit(),
         Err(error) => return Err(wrong_call(&error)),
     };
-    match cli.command {
+    let done = match cli.command {
         Command::Identify(arguments) => identify::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
@@ -66,7 +71,10 @@ pub(crate) fn run() -> Result<()> {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments, Cli::command()),
-    }
+    };
+    // What was printed before a failure is printed too.
+    let printed = out::finish();
+    done.and(printed)
 }
 
 /// A call that clap refuses, in one line.

@@ -1,9 +1,11 @@
 //! Options that several commands share.
 
+use super::interrupt;
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::Result;
 use servobee::evaluate::{Choice, Chosen, choose};
 use servobee::report::{Document, OutputFolder};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -24,6 +26,12 @@ pub(super) struct Options {
     /// Overwrite the results in a folder that exists
     #[arg(long)]
     pub(super) force: bool,
+    /// File in which the run keeps what it has computed until it ends [default: beside --out, DIR.checkpoint]
+    #[arg(long, value_name = "FILE")]
+    pub(super) checkpoint: Option<PathBuf>,
+    /// Go on with a run that was cut off, from its checkpoint; the result is the same
+    #[arg(long)]
+    pub(super) resume: bool,
     /// Print the report as JSON, and nothing else on standard output
     #[arg(long, conflicts_with = "quiet")]
     pub(super) json: bool,
@@ -47,7 +55,7 @@ impl Options {
         files: impl FnOnce() -> Vec<(String, String)>,
     ) -> Result<()> {
         if self.json {
-            print!("{}", report.to_json());
+            super::out::write(format_args!("{}", report.to_json()));
         }
         let Some(output) = output else { return Ok(()) };
         let files = files();
@@ -55,7 +63,7 @@ impl Options {
         if self.talks() {
             let names: Vec<&str> = files.iter().map(|file| file.0.as_str()).collect();
             let folder = output.path().display();
-            println!("\nWritten to {folder}: {}", names.join(", "));
+            tell!("\nWritten to {folder}: {}", names.join(", "));
         }
         Ok(())
     }
@@ -64,7 +72,11 @@ impl Options {
     pub(super) fn output(&self) -> Result<Option<OutputFolder>> {
         self.out
             .as_deref()
-            .map(|path| OutputFolder::reserve(path, self.force))
+            .map(|path| {
+                // A run that is gone on with may have written what it knew when it was interrupted.
+                let own = self.resume && self.checkpoint_path().is_some_and(|path| path.exists());
+                OutputFolder::reserve(path, self.force || own)
+            })
             .transpose()
     }
 
@@ -72,7 +84,7 @@ impl Options {
     pub(super) fn evaluator(&self) -> Result<Chosen> {
         let chosen = choose(self.evaluator)?;
         if self.talks() {
-            println!(
+            tell!(
                 "Evaluator: {} ({})",
                 chosen.evaluator.describe(),
                 chosen.why
@@ -90,13 +102,20 @@ fn positive(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// A bar on a terminal, nothing in a pipe.
-pub(super) fn progress(what: &str, generations: usize) -> (ProgressBar, impl FnMut(usize) + use<>) {
+pub(super) fn progress(
+    what: &str,
+    generations: usize,
+) -> (ProgressBar, impl FnMut(usize) -> ControlFlow<()> + use<>) {
     let style =
         ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} generations, {eta} left");
     let bar = ProgressBar::new(generations as u64).with_style(style.expect("a valid template"));
     bar.set_message(what.to_owned());
     let tick = bar.clone();
-    (bar, move |generation| tick.set_position(generation as u64))
+    let progress = move |generation| {
+        tick.set_position(generation as u64);
+        interrupt::goes_on()
+    };
+    (bar, progress)
 }
 
 /// A line that says what is being done, on a terminal; nothing in a pipe.

@@ -1,12 +1,13 @@
 //! `servobee scorecard`.
 
-use super::colour;
 use super::table::{number, table};
+use super::{colour, interrupt};
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::diagnose::Identified;
 use servobee::report::{OutputFile, ParameterReport};
 use servobee::scorecard::{self, Case, Group, Ledger, Outcome, Plan, Rate, Row, Summary, Tally};
 use servobee::{Error, Result};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// Counts how often the diagnosis is right, on hundreds of records with planted effects
@@ -50,6 +51,9 @@ pub(super) struct Arguments {
     /// Write a line for every record to this CSV file; cases that are in it are not run again
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
+    /// Go on with the file of --out, as is done in any case
+    #[arg(long, requires = "out")]
+    resume: bool,
     /// Records that are diagnosed at the same time [default: one a core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -76,7 +80,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .cloned()
         .collect();
     if open.len() < cases.len() {
-        println!(
+        tell!(
             "{} of {} records are done",
             cases.len() - open.len(),
             cases.len()
@@ -86,6 +90,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Some(threads) => threads.into(),
         None => std::thread::available_parallelism().map_or(1, usize::from),
     };
+    interrupt::watch()?;
     let bar = bar(open.len());
     let result = scorecard::run(&open, plan.seed, threads, |row| {
         if row.outcome == Outcome::Failed {
@@ -93,14 +98,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         }
         bar.set_message(row.case.clone());
         bar.inc(1);
-        ledger.push(row)
+        ledger.push(row)?;
+        match interrupt::goes_on() {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Error::failed(
+                "interrupted: the figures are those of the records that are done",
+                "call it again with the same --out to go on",
+            )),
+        }
     });
     bar.finish_and_clear();
-    result?;
     let planned = |row: &&Row| cases.iter().any(|case| case.id == row.case);
     let rows: Vec<Row> = ledger.rows().iter().filter(planned).cloned().collect();
     print(&Summary::of(&rows), rows.len());
-    Ok(())
+    result
 }
 
 fn bar(records: usize) -> ProgressBar {
@@ -123,10 +134,10 @@ fn one(case: &Case, seed: u64, folder: Option<&Path>) -> Result<()> {
         })?;
         let path = folder.join(format!("{}.csv", case.id.replace('/', "_")));
         OutputFile::create(&path, true)?.finish(&setup.record()?.to_csv())?;
-        println!("Record: {}", path.display());
+        tell!("Record: {}", path.display());
     }
     let (row, identified) = case.diagnose(&setup)?;
-    println!(
+    tell!(
         "Planted: {}",
         if row.values.is_empty() {
             "nothing"
@@ -134,12 +145,14 @@ fn one(case: &Case, seed: u64, folder: Option<&Path>) -> Result<()> {
             &row.values
         }
     );
-    println!("Conditions: {}", row.conditions);
-    println!(
+    tell!("Conditions: {}", row.conditions);
+    tell!(
         "Held-out error in noise, worst channel: {:.3} before, {:.3} after; noise floor {:.3} of the noise",
-        row.base, row.after, row.floor
+        row.base,
+        row.after,
+        row.floor
     );
-    println!(
+    tell!(
         "Verdict: {}. Named: {}",
         row.verdict,
         if row.named.is_empty() {
@@ -148,7 +161,7 @@ fn one(case: &Case, seed: u64, folder: Option<&Path>) -> Result<()> {
             &row.named
         }
     );
-    println!("Outcome: {}, in {:.1} s\n", row.outcome, row.seconds);
+    tell!("Outcome: {}, in {:.1} s\n", row.outcome, row.seconds);
     print_diagnosis(&identified);
     Ok(())
 }
@@ -173,18 +186,18 @@ fn print_diagnosis(identified: &Identified) {
         "held-out error",
         "decision",
     ];
-    println!("{}\n", table(&heads, rows));
+    tell!("{}\n", table(&heads, rows));
     let after = &identified.after;
     let parameters = ParameterReport::of(&after.problem, &after.fit);
     let rows = parameters.iter().filter(|one| !one.fixed).map(|one| {
         let cells = [one.value, one.low, one.high].map(number);
         [vec![format!("{} [{}]", one.name, one.unit)], cells.to_vec()].concat()
     });
-    println!("{}", table(&["parameter", "after", "low", "high"], rows));
+    tell!("{}", table(&["parameter", "after", "low", "high"], rows));
 }
 
 fn print(summary: &Summary, records: usize) {
-    println!("{records} records\n");
+    tell!("{records} records\n");
     let heads = [
         "",
         "records",
@@ -215,9 +228,9 @@ fn print(summary: &Summary, records: usize) {
         if tallies.is_empty() {
             continue;
         }
-        println!("{what}\n{}\n", table(&heads, tallies.iter().map(cells)));
+        tell!("{what}\n{}\n", table(&heads, tallies.iter().map(cells)));
     }
-    println!(
+    tell!(
         "good: named exactly or in a tie of at most three; null: verdict none; outsiders: unexplained.\n\
          misnamed: a name for what is not there (right plus, wrong, a false alarm with a name).\n"
     );
@@ -227,27 +240,27 @@ fn print(summary: &Summary, records: usize) {
         let rows = rows
             .into_iter()
             .map(|(planted, named, count)| vec![planted, named, count.to_string()]);
-        println!(
+        tell!(
             "Not good\n{}\n",
             table(&["planted", "named", "records"], rows)
         );
     }
     if let Some((median, high, close)) = summary.after {
-        println!(
+        tell!(
             "Held-out error after, single effects, in noise: median {median:.3}, 90 % below {high:.3}; at most 1.10: {}",
             rate(close)
         );
     }
     for (name, covered) in &summary.coverage {
         if covered.of > 0 {
-            println!(
+            tell!(
                 "95 % intervals that hold the true {name}: {}",
                 rate(*covered)
             );
         }
     }
     if let Some((median, most)) = summary.seconds {
-        println!(
+        tell!(
             "Seconds a diagnosis on one core: median {}, at most {}",
             number(median),
             number(most)

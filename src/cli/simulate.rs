@@ -1,5 +1,6 @@
 //! `servobee simulate`.
 
+use super::colour;
 use super::table::{number, table};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{STATE_LIMIT, Score, simulate};
@@ -47,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let file = path.map(|path| OutputFile::create(path, arguments.force));
     let file = file.transpose()?;
     for remark in record.remarks() {
-        eprintln!("warning: {remark}");
+        colour::warning(remark);
     }
 
     // The steps that identify takes within the same bounds, so that its errors come out again.
@@ -73,7 +74,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let outputs = simulated(1)?;
     let finer = simulated(2)?;
-    println!("{}", comparison(&structure, &record, &outputs, &finer));
+    tell!("{}", comparison(&structure, &record, &outputs, &finer));
     match file {
         Some(file) => file.finish(&csv(&structure, &record, &outputs)),
         None => Ok(()),

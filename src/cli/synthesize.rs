@@ -121,8 +121,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let file = OutputFile::create(&arguments.out, arguments.force)?;
     let record = setup.record()?;
     let strength = setup.strength()?;
-    println!("{}", summary(&setup, &strength));
-    println!(
+    tell!("{}", summary(&setup, &strength));
+    tell!(
         "{} rows of {} s at {} Hz in {}",
         record.samples(),
         setup.seconds,

@@ -2,6 +2,7 @@
 
 use super::evidence::{Evidence, Model, Side};
 use super::screen::{LEVEL, Screened, Screening};
+use super::stage::Stage;
 use super::{Comparison, improvement};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
@@ -138,12 +139,12 @@ pub(super) struct Attribution {
 }
 
 /// A search under way.
-pub(super) struct Search<'a> {
+pub(super) struct Search<'a, 'b> {
     pub(super) evidence: &'a Evidence,
     pub(super) evaluator: &'a mut dyn Evaluator,
     pub(super) allowed: &'a dyn Fn(&Effect) -> bool,
     pub(super) max_effects: usize,
-    pub(super) progress: &'a mut dyn FnMut(&str),
+    pub(super) stage: &'a mut Stage<'b>,
     /// Held-out cost of the base model above the noise.
     pub(super) excess: f64,
     /// What was refitted on top of which effects.
@@ -152,21 +153,21 @@ pub(super) struct Search<'a> {
     evaluations: usize,
 }
 
-impl<'a> Search<'a> {
+impl<'a, 'b> Search<'a, 'b> {
     pub(super) fn new(
         evidence: &'a Evidence,
         base: &Model,
         evaluator: &'a mut dyn Evaluator,
         allowed: &'a dyn Fn(&Effect) -> bool,
         max_effects: usize,
-        progress: &'a mut dyn FnMut(&str),
+        stage: &'a mut Stage<'b>,
     ) -> Self {
         Self {
             evidence,
             evaluator,
             allowed,
             max_effects,
-            progress,
+            stage,
             excess: excess(base),
             refits: HashMap::new(),
             considered: Vec::new(),
@@ -180,7 +181,7 @@ impl<'a> Search<'a> {
         let mut order: Vec<Effect> = Vec::new();
         let mut exchanges = 0;
         let mut round = 0;
-        while order.len() < self.max_effects {
+        while order.len() < self.max_effects && self.stage.goes_on() {
             round += 1;
             let Some(next) = self.addition(&model, round, self.max_effects - order.len())? else {
                 break;
@@ -189,7 +190,7 @@ impl<'a> Search<'a> {
             let new: Vec<Effect> = new.filter(|e| !order.contains(e)).copied().collect();
             order.extend(new);
             model = next;
-            while order.len() > 1 && exchanges < EXCHANGES {
+            while order.len() > 1 && exchanges < EXCHANGES && self.stage.goes_on() {
                 let Some(better) = self.exchange(&model, &order)? else {
                     break;
                 };
@@ -213,11 +214,14 @@ impl<'a> Search<'a> {
 
     /// The best model with one effect more, or with a pair where none helps alone; `None` where nothing is significant.
     fn addition(&mut self, model: &Model, round: usize, room: usize) -> Result<Option<Model>> {
-        (self.progress)(&format!("round {round}: screening"));
+        self.stage.begins(&format!("round {round}: screening"));
         let Some(screening) = Screening::new(self.evidence, model, self.allowed) else {
             return Ok(None);
         };
         let models = self.refit(model, &screening, round)?;
+        if !self.stage.goes_on() {
+            return Ok(None);
+        }
         let accepted: Vec<&Model> = models
             .iter()
             .map(|(_, one)| one)
@@ -253,14 +257,21 @@ impl<'a> Search<'a> {
             .filter(|one| one.p_value <= LEVEL && one.promise >= PLAUSIBLE * best)
             .take(REFITTED.0)
             .collect();
-        (self.progress)(&format!(
+        self.stage.begins(&format!(
             "round {round}: trying {} effects",
             plausible.len()
         ));
         let first = |one: &&Screened| self.evidence.extended(model, one.effect, &one.starts[0].0);
         let first: Vec<Problem> = plausible.iter().map(first).collect();
-        let (found, evaluations) = self.evidence.forage(&first, SWARM, self.evaluator)?;
+        let (found, evaluations) =
+            self.evidence
+                .forage(&first, SWARM, self.evaluator, &mut |done| {
+                    self.stage.generation(done)
+                })?;
         self.evaluations += evaluations;
+        if !self.stage.goes_on() {
+            return Ok(Vec::new());
+        }
         let mut starts = Vec::new();
         for (one, found) in plausible.iter().zip(found) {
             for (start, _) in one.starts.iter().take(2) {
@@ -268,7 +279,7 @@ impl<'a> Search<'a> {
             }
             starts.push((one.effect, found));
         }
-        (self.progress)(&format!("round {round}: polishing"));
+        self.stage.begins(&format!("round {round}: polishing"));
         let polished: Vec<(Effect, Model)> = starts
             .into_par_iter()
             .filter_map(|(effect, start)| Some((effect, self.evidence.polished(start)?)))
@@ -339,17 +350,8 @@ impl<'a> Search<'a> {
         round: usize,
     ) -> Result<Option<Model>> {
         let single = screening.effects.first().map_or(0.0, |best| best.promise);
-        let promising: Vec<[&Screened; 2]> = screening
-            .pairs()
-            .into_iter()
-            .filter(|(pair, share)| {
-                *share > LEAST_OF_COST.max(1.2 * single)
-                    && pair.iter().any(|one| one.p_value <= LEVEL)
-            })
-            .take(REFITTED.1)
-            .map(|(pair, _)| pair)
-            .collect();
-        (self.progress)(&format!("round {round}: pairs"));
+        self.stage.begins(&format!("round {round}: pairs"));
+        let promising = screening.pairs(LEAST_OF_COST.max(1.2 * single), REFITTED.1);
         let models: Vec<Model> = promising
             .into_par_iter()
             .filter_map(|[first, second]| {
@@ -399,6 +401,9 @@ impl<'a> Search<'a> {
         if let Some(known) = self.refits.get(&names(reduced)) {
             return Ok(known.clone());
         }
+        if !self.stage.goes_on() {
+            return Ok(Vec::new());
+        }
         match Screening::new(self.evidence, reduced, self.allowed) {
             Some(screening) => self.refit(reduced, &screening, 0),
             None => Ok(Vec::new()),
@@ -407,7 +412,7 @@ impl<'a> Search<'a> {
 
     /// Drops effects that the others have made superfluous.
     fn drop_superfluous(&mut self, model: &mut Model, order: &mut Vec<Effect>) {
-        loop {
+        while self.stage.goes_on() {
             let spare = order.iter().find_map(|&effect| {
                 let reduced = self.without(model, effect)?;
                 (order.len() > 1 && !self.worth(&reduced, model)).then_some((effect, reduced))
@@ -425,7 +430,7 @@ impl<'a> Search<'a> {
         let mut added = Vec::new();
         let mut current = base.clone();
         for (i, &effect) in order.iter().enumerate() {
-            (self.progress)(&format!("rivals of {effect}"));
+            self.stage.begins(&format!("rivals of {effect}"));
             let structure = current.structure().with(effect);
             let next = match i + 1 == order.len() {
                 true => model.clone(),

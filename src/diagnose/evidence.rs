@@ -4,12 +4,14 @@ use super::line::strongest_line;
 use super::signals::Signals;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
-use crate::evaluate::{Evaluator, reference};
+use crate::evaluate::{Evaluator, Fingerprint, Memory, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Parameter, Signal, Structure};
 use crate::search::polish::{PolishOptions, polish};
 use crate::search::{self, Bees, Settings, Swarm};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
@@ -36,6 +38,8 @@ pub(super) struct Evidence {
     pub(super) base: Vec<Parameter>,
     /// Seed of all random numbers.
     pub(super) seed: u64,
+    /// What was computed before the run was cut off.
+    pub(super) memory: Memory,
 }
 
 /// A structure fitted to the evidence.
@@ -74,7 +78,7 @@ impl Model {
 }
 
 /// Where the search for an effect begins.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Start {
     /// Values of its free parameters.
     pub(super) trial: Vec<f64>,
@@ -199,6 +203,7 @@ impl Evidence {
         problems: &[Problem],
         settings: Settings,
         evaluator: &mut dyn Evaluator,
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<(Vec<Problem>, usize)> {
         let mut swarms = Vec::new();
         for problem in problems {
@@ -206,7 +211,7 @@ impl Evidence {
             let bees = Bees::new(&problem.free(), settings, start, self.seed)?;
             swarms.push(Swarm { problem, bees });
         }
-        search::forage(&mut swarms, evaluator, &mut |_| {})?;
+        search::forage(&mut swarms, evaluator, progress)?;
         let found = |&Swarm { problem, ref bees }: &Swarm| {
             let mut found = problem.clone();
             let best = bees.best().0;
@@ -226,9 +231,17 @@ impl Evidence {
         let start = problem.start();
         let mut evaluations = 0;
         if !free.is_empty() {
-            let polished = polish(&mut problem, &free, &start, &QUICK).ok()?;
-            evaluations = polished.evaluations;
-            set_start(&mut problem, &polished.values);
+            let key = || {
+                let mut fingerprint = Fingerprint::default();
+                fingerprint.text("quick polish").problem(&problem).finish()
+            };
+            let polished: Option<(Vec<f64>, usize)> = self.memory.once(key, || {
+                let polished = polish(&mut problem.clone(), &free, &start, &QUICK).ok()?;
+                Some((polished.values, polished.evaluations))
+            });
+            let values;
+            (values, evaluations) = polished?;
+            set_start(&mut problem, &values);
         }
         let fit = self.residuals(&problem, Side::Fit)?;
         let hold_out = self.residuals(&problem, Side::HoldOut)?;

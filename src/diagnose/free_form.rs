@@ -4,6 +4,7 @@ use super::evidence::{Evidence, Model, Side};
 use super::identify::Fitted;
 use super::linear::{Basis, Linear, dot};
 use super::signals::Signals;
+use crate::evaluate::{Fingerprint, Problem};
 use crate::model::effects::Port;
 use crate::model::{Drive, FreeForm, Signal};
 use rayon::prelude::*;
@@ -28,28 +29,33 @@ pub struct FoundForm {
 
 /// The corrections that most lower the cost of `base` on fitted rows, refitted with it, the lowest held-out cost first.
 pub(super) fn free_forms(evidence: &Evidence, base: &Model) -> Vec<Model> {
-    let mut promising: Vec<(f64, Model)> = places(evidence, base)
-        .into_par_iter()
-        .filter_map(|form| {
-            let mut structure = base.structure().clone();
-            structure.free_form = Some(form);
-            let problem = evidence.problem(&structure, &base.problem.parameters);
-            let linear = Linear::new(&problem)?;
+    let problem = |form: FreeForm| {
+        let mut structure = base.structure().clone();
+        structure.free_form = Some(form);
+        evidence.problem(&structure, &base.problem.parameters)
+    };
+    let promised = |problem: &Problem| {
+        let key = || {
+            let mut fingerprint = Fingerprint::default();
+            fingerprint.text("free form").problem(problem).finish()
+        };
+        let cost: Option<f64> = evidence.memory.once(key, || {
+            let linear = Linear::new(problem)?;
             let spanned = Basis::spanning(linear.columns);
-            let cost =
-                dot(&linear.residual, &linear.residual) - spanned.explained(&linear.residual);
-            let unfitted = Model {
-                problem,
-                ..base.clone()
-            };
-            Some((cost, unfitted))
-        })
+            Some(dot(&linear.residual, &linear.residual) - spanned.explained(&linear.residual))
+        });
+        cost
+    };
+    let mut promising: Vec<(f64, Problem)> = places(evidence, base)
+        .into_par_iter()
+        .map(problem)
+        .filter_map(|problem| Some((promised(&problem)?, problem)))
         .collect();
     promising.sort_by(|a, b| a.0.total_cmp(&b.0));
     promising.truncate(REFITTED);
     let mut models: Vec<Model> = promising
         .into_par_iter()
-        .filter_map(|(_, one)| evidence.polished(one.problem))
+        .filter_map(|(_, problem)| evidence.polished(problem))
         .collect();
     models.sort_by(|a, b| a.loss(Side::HoldOut).total_cmp(&b.loss(Side::HoldOut)));
     models

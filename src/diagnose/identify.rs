@@ -3,83 +3,21 @@
 use super::attribution::{Search, excess, worth};
 use super::evidence::{Evidence, Model, Side, set_start};
 use super::free_form::{FoundForm, found as found_form, free_forms};
+use super::measurements::Measurements;
 use super::score::{Compared, errors};
+use super::stage::Stage;
 use super::verdict::Grounds;
 use super::{Added, Considered, Improvement, Noise, Remaining, Residuals, Verdict};
 use super::{improvement, noise_floor, remaining};
-use crate::Result;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem, Score, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Parameter, Structure};
-use crate::record::{HOLD_OUT, Record};
 use crate::search::{Fit, Plan, fit, refine};
+use crate::{Error, Result};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::sync::Arc;
-
-/// Records cut into what is fitted and what is held out.
-#[derive(Debug, Clone)]
-pub struct Measurements {
-    /// Fitted.
-    pub fit: Vec<Series>,
-    /// Never fitted. Rows of weight 0 run the simulation in.
-    pub hold_out: Vec<Series>,
-}
-
-impl Measurements {
-    /// All of `records` are fitted where there are records to hold out; otherwise the last [`HOLD_OUT`] of each are held
-    /// out.
-    ///
-    /// # Errors
-    /// A record lacks a channel that the structure needs, or has it in another unit.
-    pub fn new(
-        records: &[Record],
-        hold_out: &[Record],
-        structure: &Structure,
-        rate: f64,
-    ) -> Result<Self> {
-        Self::with_share(records, hold_out, HOLD_OUT, structure, rate)
-    }
-
-    /// [`Measurements::new`] with another share of each record, between 0 and 1, held out.
-    ///
-    /// # Errors
-    /// As [`Measurements::new`].
-    pub fn with_share(
-        records: &[Record],
-        hold_out: &[Record],
-        share: f64,
-        structure: &Structure,
-        rate: f64,
-    ) -> Result<Self> {
-        let series = |record: &Record| {
-            let mut series = Series::from_record(record, structure)?;
-            series.set_steps(rate, 1);
-            Ok(series)
-        };
-        let mut fit = records
-            .iter()
-            .map(series)
-            .collect::<Result<Vec<Series>>>()?;
-        if !hold_out.is_empty() {
-            let hold_out = hold_out.iter().map(series).collect::<Result<_>>()?;
-            return Ok(Self { fit, hold_out });
-        }
-        let mut held = fit.clone();
-        for ((record, fit), held) in records.iter().zip(&mut fit).zip(&mut held) {
-            let split = record.split(share);
-            fit.time.truncate(split);
-            fit.samples.truncate(split);
-            for sample in &mut held.samples[..split] {
-                sample.weight = 0.0;
-            }
-        }
-        Ok(Self {
-            fit,
-            hold_out: held,
-        })
-    }
-}
 
 /// A residual this many times the noise floor is not noise, whatever it does or does not correlate with: where the noise was
 /// seen by itself, and where it was taken from the residual's own differences.
@@ -166,6 +104,8 @@ pub struct Identified {
     pub search: Fit,
     /// Candidates evaluated.
     pub evaluations: usize,
+    /// The stage in which it was broken off: everything is as far as it was known then.
+    pub broken_off: Option<String>,
 }
 
 impl Identified {
@@ -173,12 +113,34 @@ impl Identified {
     pub fn changed(&self) -> bool {
         !self.added.is_empty() || self.free_form.is_some()
     }
+
+    /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator.
+    fn check_integration(&self) -> Result<()> {
+        for &output in &self.after.problem.structure.observed {
+            let name = output.name();
+            let range = variance(&self.measurements.fit, output).sqrt();
+            let floor = self.noise[name].value.max(SMALLEST_NOISE * range);
+            let change = self.integration_error[name];
+            if change > floor {
+                let unit = self.after.problem.structure.unit(output);
+                return Err(Error::failed(
+                    format!(
+                        "halving the integration steps changes the {name} by up to {change:.3e} {unit}, which is more than \
+                         its noise of {floor:.3e} {unit}"
+                    ),
+                    "raise the upper bound of the fastest parameter with --model: the steps follow from the bounds",
+                ));
+            }
+        }
+        Ok(())
+    }
 }
 
-/// Fits `structure` to the measurements, finds out which effects it lacks, and looks at the residual.
+/// Fits `structure` to the measurements, finds out which effects it lacks, and looks at the residual. `progress` is told
+/// each stage and generation, and may break off: the result is then what is known so far.
 ///
 /// # Errors
-/// If the search fails: see [`fit`].
+/// If the search fails: see [`fit`]; or the integrator errs by more than the noise.
 #[allow(clippy::too_many_arguments, reason = "each is a part of the question")]
 pub fn identify(
     structure: Structure,
@@ -188,16 +150,18 @@ pub fn identify(
     evaluator: &mut dyn Evaluator,
     plan: &Plan,
     options: &Options,
-    progress: &mut dyn FnMut(&str),
+    progress: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Identified> {
+    let mut stage = Stage::new(progress);
     let mut problem = Problem::new(
         structure,
         parameters,
         Data::Series(measurements.fit.clone()),
     );
     problem.scale = Output::ALL.map(|output| 1.0 / variance(&measurements.fit, output));
-    let found = fit(&problem, evaluator, plan, &mut |generation| {
-        progress(&format!("base model: generation {generation}"));
+    stage.begins("base model");
+    let found = fit(&problem, evaluator, plan, &mut |done| {
+        stage.generation(done)
     })?;
     let mut evaluations = found.evaluations;
     let first = Fitted::new(problem.clone(), found, &measurements, None, plan.seed);
@@ -207,7 +171,7 @@ pub fn identify(
         evaluator,
         plan,
         options,
-        progress,
+        stage,
         measurements: &measurements,
         sizes,
         search: &first.fit,
@@ -217,11 +181,17 @@ pub fn identify(
     // What was taken for noise at rest may have been an effect: a hum, say. Once it is named, the floor is lower.
     let floor = result.after.noise(&measurements, true);
     let lower = |(name, before): (&String, &Noise)| floor[name].value < QUIETER * before.value;
-    if !result.added.is_empty() && result.noise.iter().any(lower) {
-        result = diagnosis.of(problem, start, floor)?;
-        evaluations += result.evaluations;
+    if !result.added.is_empty() && result.noise.iter().any(lower) && diagnosis.stage.goes_on() {
+        let again = diagnosis.of(problem, start, floor)?;
+        evaluations += again.evaluations;
+        match again.broken_off {
+            // What is known is the whole of the first diagnosis.
+            Some(stage) => result.broken_off = Some(stage),
+            None => result = again,
+        }
     }
     result.evaluations = evaluations;
+    result.check_integration()?;
     Ok(result)
 }
 
@@ -230,7 +200,7 @@ struct Diagnosis<'a> {
     evaluator: &'a mut dyn Evaluator,
     plan: &'a Plan,
     options: &'a Options,
-    progress: &'a mut dyn FnMut(&str),
+    stage: Stage<'a>,
     measurements: &'a Measurements,
     sizes: Scale,
     search: &'a Fit,
@@ -248,7 +218,7 @@ impl Diagnosis<'_> {
             evaluator,
             plan,
             options,
-            progress,
+            stage,
             measurements,
             sizes,
             search,
@@ -262,16 +232,17 @@ impl Diagnosis<'_> {
             };
         }
         // Each channel now counts by its noise.
-        progress("base model: polishing");
+        stage.begins("base model: polishing");
         let polished = refine(&problem, start, plan)?;
         evaluations += polished.evaluations;
         let before = Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
 
-        let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan.seed);
+        let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan);
         let base = evidence.start_from(&before);
         let mut attribution = None;
         if options.any()
             && !before.exact()
+            && stage.goes_on()
             && let Some(base) = &base
         {
             evidence.look_at(base);
@@ -282,7 +253,7 @@ impl Diagnosis<'_> {
                 &mut **evaluator,
                 &allowed,
                 options.max_effects,
-                &mut **progress,
+                stage,
             );
             attribution = Some(search.run(base)?);
         }
@@ -302,7 +273,7 @@ impl Diagnosis<'_> {
             grounds.before = base.loss(Side::HoldOut);
             grounds.after = found.model.loss(Side::HoldOut);
             if !found.added.is_empty() {
-                progress("polishing the result");
+                stage.begins("polishing the result");
                 let problem = Problem {
                     data: before.problem.data.clone(),
                     ..found.model.problem.clone()
@@ -329,9 +300,10 @@ impl Diagnosis<'_> {
         let mut free_form = None;
         if let Some(base) = &base
             && options.any()
+            && stage.goes_on()
             && grounds.verdict() == Verdict::Unexplained
         {
-            progress("a correction of free form");
+            stage.begins("a correction of free form");
             let forms = free_forms(&evidence, base);
             let best = forms
                 .iter()
@@ -362,6 +334,7 @@ impl Diagnosis<'_> {
             integration_error,
             search: search.clone(),
             evaluations,
+            broken_off: stage.broken_off().map(str::to_owned),
         })
     }
 }
@@ -489,7 +462,7 @@ impl Fitted {
 
 impl Evidence {
     /// The measurements in units of the noise by which `before` was fitted, in steps that suit its rates.
-    fn new(before: &Fitted, measurements: &Measurements, sizes: Scale, seed: u64) -> Self {
+    fn new(before: &Fitted, measurements: &Measurements, sizes: Scale, plan: &Plan) -> Self {
         let mut near = before.problem.parameters.clone();
         for (parameter, &value) in near.iter_mut().zip(&before.values) {
             parameter.low = parameter.low.max(value / HEADROOM);
@@ -509,7 +482,8 @@ impl Evidence {
             scale: before.problem.scale,
             sizes,
             base: before.problem.parameters.clone(),
-            seed,
+            seed: plan.seed,
+            memory: plan.memory.clone(),
         }
     }
 

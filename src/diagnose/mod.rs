@@ -21,6 +21,7 @@ mod free_form;
 mod identify;
 mod line;
 mod linear;
+mod measurements;
 mod noise;
 mod residual;
 mod score;
@@ -29,6 +30,7 @@ mod signals;
 mod signature;
 #[cfg(test)]
 mod simulated;
+mod stage;
 mod verdict;
 
 pub use attribution::{Added, Considered, Contest, Refit, Rival};
@@ -38,7 +40,8 @@ pub use bootstrap::{
 pub use compare::{Comparison, indistinguishable};
 pub use density::spectral_density;
 pub use free_form::FoundForm;
-pub use identify::{Fitted, Identified, Measurements, Options, Sides, identify};
+pub use identify::{Fitted, Identified, Options, Sides, identify};
+pub use measurements::{Cut, Measurements, ROWS};
 pub use noise::{Noise, noise_floor};
 pub use residual::{Remaining, Residuals, coloured, remaining};
 pub use score::{Compared, errors};

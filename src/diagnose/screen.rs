@@ -12,6 +12,7 @@
 
 use super::evidence::{Evidence, Model, Side, Start};
 use super::linear::{Basis, Linear, dot};
+use crate::evaluate::Fingerprint;
 use crate::model::effects::{CATALOGUE, Effect};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -35,18 +36,30 @@ pub(super) struct Screened {
     pub(super) p_value: f64,
     /// What it explains, in units of what makes `p_value` equal to [`LEVEL`].
     pub(super) above_chance: f64,
-    /// Directions of its most promising trial, without what the model spans.
-    directions: Basis,
 }
 
 /// The screening of all effects that `model` could have.
-#[derive(Debug, Clone)]
-pub(super) struct Screening {
+#[derive(Debug)]
+pub(super) struct Screening<'a> {
+    evidence: &'a Evidence,
+    model: &'a Model,
     /// The effects, the most promising first.
     pub(super) effects: Vec<Screened>,
+    /// Not there where the screening was remembered.
+    directions: Option<Directions>,
+}
+
+/// What the effects of a screening explain together follows from these.
+#[derive(Debug)]
+struct Directions {
+    /// Directions of each effect's most promising trial, without what the model spans.
+    of_effects: Vec<Basis>,
     /// The residual that they are to explain, without what the model spans.
     residual: Vec<f64>,
 }
+
+/// What is remembered of an effect's screening: its number among the candidates, and the fields of [`Screened`].
+type Remembered = (usize, Vec<(Start, f64)>, f64, f64, f64);
 
 /// One trial of one effect.
 struct Tried {
@@ -56,95 +69,185 @@ struct Tried {
     directions: Basis,
 }
 
-impl Screening {
+impl<'a> Screening<'a> {
     /// Tries every effect in `allowed` that `model` does not have; `None` where the model itself diverges.
     pub(super) fn new(
-        evidence: &Evidence,
-        model: &Model,
+        evidence: &'a Evidence,
+        model: &'a Model,
         allowed: &dyn Fn(&Effect) -> bool,
     ) -> Option<Self> {
-        let here = Linear::new(&model.problem)?;
-        let base = Basis::spanning(here.columns);
-        let mut residual = here.residual.clone();
-        base.remove_from(&mut residual);
         let structure = model.structure();
-        let sizes = &evidence.sizes;
-        let starts: Vec<(Effect, Start)> = CATALOGUE
+        let candidates: Vec<Effect> = CATALOGUE
             .iter()
             .flat_map(|entry| entry.on(structure))
             .filter(|effect| !structure.effects.contains(effect) && allowed(effect))
-            .flat_map(|effect| {
-                Start::all(&effect, sizes)
-                    .into_iter()
-                    .map(move |s| (effect, s))
-            })
             .collect();
-        let tried: Vec<Tried> = starts
-            .into_par_iter()
-            .filter_map(|(effect, start)| {
-                tried(evidence, model, &here.residual, &base, effect, start)
-            })
-            .collect();
-        let cost = dot(&here.residual, &here.residual);
-        let gains: Vec<f64> = tried.iter().map(|one| cost - one.cost).collect();
-        let best = tried.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let noise = best
-            .filter(|best| best.cost < cost)
-            .and_then(|best| left(evidence, model, best))
-            .unwrap_or_else(|| residual.clone());
-        let chances = chances(evidence, &noise, &tried, &gains);
-        let mut effects: Vec<Screened> = Vec::new();
-        for (one, chance) in tried.into_iter().zip(chances) {
-            match effects.iter_mut().find(|other| other.effect == one.effect) {
-                Some(known) => {
-                    known.p_value = known.p_value.min(chance.p_value);
-                    known.above_chance = known.above_chance.max(chance.above);
-                    let better = one.cost < known.starts[0].1;
-                    let place = usize::from(!better) * known.starts.len();
-                    known.starts.insert(place, (one.start, one.cost));
-                    if better {
-                        known.directions = one.directions;
+        let mut directions = None;
+        let mut screen = || {
+            let (effects, found) = screened(evidence, model, &candidates)?;
+            directions = Some(found);
+            let number = |effect: &Effect| candidates.iter().position(|other| other == effect);
+            let remembered = effects.into_iter().map(|one| {
+                let number = number(&one.effect).expect("one of the candidates");
+                (
+                    number,
+                    one.starts,
+                    one.promise,
+                    one.p_value,
+                    one.above_chance,
+                )
+            });
+            Some(remembered.collect())
+        };
+        let key = || key("screening", evidence, model, &candidates);
+        let remembered: Option<Vec<Remembered>> = evidence.memory.once(key, &mut screen);
+        let effects =
+            remembered?
+                .into_iter()
+                .map(
+                    |(number, starts, promise, p_value, above_chance)| Screened {
+                        effect: candidates[number],
+                        starts,
+                        promise,
+                        p_value,
+                        above_chance,
+                    },
+                );
+        Some(Self {
+            evidence,
+            model,
+            effects: effects.collect(),
+            directions,
+        })
+    }
+
+    /// Pairs of effects that explain together more than `least` of the residual's square, one of them significant, the best
+    /// first, `most` at most: two that help little alone may explain everything together.
+    pub(super) fn pairs(&self, least: f64, most: usize) -> Vec<[&Screened; 2]> {
+        let candidates: Vec<Effect> = self.effects.iter().map(|one| one.effect).collect();
+        let key = || key("pairs", self.evidence, self.model, &candidates);
+        let chosen: Vec<(usize, usize)> = self.evidence.memory.once(key, || {
+            let again;
+            let directions = match &self.directions {
+                Some(directions) => directions,
+                None => match screened(self.evidence, self.model, &candidates) {
+                    Some((_, directions)) => {
+                        again = directions;
+                        &again
                     }
+                    None => return Vec::new(),
+                },
+            };
+            let significant = |i: usize| self.effects[i].p_value <= LEVEL;
+            let good = |&((i, j), share): &((usize, usize), f64)| {
+                share > least && (significant(i) || significant(j))
+            };
+            let shares = directions.shares().into_iter().filter(good);
+            shares.take(most).map(|(pair, _)| pair).collect()
+        });
+        let pair = |(i, j): (usize, usize)| [&self.effects[i], &self.effects[j]];
+        chosen.into_iter().map(pair).collect()
+    }
+}
+
+/// Tells what is asked of `candidates` on top of `model`.
+fn key(what: &str, evidence: &Evidence, model: &Model, candidates: &[Effect]) -> u64 {
+    let mut fingerprint = Fingerprint::default();
+    fingerprint.text(what).problem(&model.problem);
+    fingerprint.text(&format!("{:?}", evidence.sizes));
+    for effect in candidates {
+        fingerprint.text(&effect.to_string());
+    }
+    fingerprint.finish()
+}
+
+impl Directions {
+    /// Pairs of effects by the share of the residual's square that both explain together, the best first.
+    fn shares(&self) -> Vec<((usize, usize), f64)> {
+        let total = dot(&self.residual, &self.residual);
+        let numbers: Vec<(usize, usize)> = (0..self.of_effects.len())
+            .flat_map(|i| (0..i).map(move |j| (j, i)))
+            .collect();
+        let share = |(i, j): (usize, usize)| {
+            let mut basis = self.of_effects[i].clone();
+            for direction in &self.of_effects[j].0 {
+                basis.add(direction.clone());
+            }
+            ((i, j), basis.explained(&self.residual) / total)
+        };
+        let mut shares: Vec<_> = numbers.into_par_iter().map(share).collect();
+        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
+        shares
+    }
+}
+
+/// Tries `candidates` on top of `model`: the most promising first, with their directions in this order; `None` where the
+/// model itself diverges.
+fn screened(
+    evidence: &Evidence,
+    model: &Model,
+    candidates: &[Effect],
+) -> Option<(Vec<Screened>, Directions)> {
+    let here = Linear::new(&model.problem)?;
+    let base = Basis::spanning(here.columns);
+    let mut residual = here.residual.clone();
+    base.remove_from(&mut residual);
+    let with_starts = |&effect: &Effect| {
+        let starts = Start::all(&effect, &evidence.sizes).into_iter();
+        starts.map(move |start| (effect, start))
+    };
+    let starts: Vec<(Effect, Start)> = candidates.iter().flat_map(with_starts).collect();
+    let tried: Vec<Tried> = starts
+        .into_par_iter()
+        .filter_map(|(effect, start)| tried(evidence, model, &here.residual, &base, effect, start))
+        .collect();
+    let cost = dot(&here.residual, &here.residual);
+    let gains: Vec<f64> = tried.iter().map(|one| cost - one.cost).collect();
+    let best = tried.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    let noise = best
+        .filter(|best| best.cost < cost)
+        .and_then(|best| left(evidence, model, best))
+        .unwrap_or_else(|| residual.clone());
+    let chances = chances(evidence, &noise, &tried, &gains);
+    let mut effects: Vec<(Screened, Basis)> = Vec::new();
+    for (one, chance) in tried.into_iter().zip(chances) {
+        let same = |(other, _): &&mut (Screened, Basis)| other.effect == one.effect;
+        match effects.iter_mut().find(same) {
+            Some((known, directions)) => {
+                known.p_value = known.p_value.min(chance.p_value);
+                known.above_chance = known.above_chance.max(chance.above);
+                let better = one.cost < known.starts[0].1;
+                let place = usize::from(!better) * known.starts.len();
+                known.starts.insert(place, (one.start, one.cost));
+                if better {
+                    *directions = one.directions;
                 }
-                None => effects.push(Screened {
+            }
+            None => effects.push((
+                Screened {
                     effect: one.effect,
                     starts: vec![(one.start, one.cost)],
                     promise: 0.0,
                     p_value: chance.p_value,
                     above_chance: chance.above,
-                    directions: one.directions,
-                }),
-            }
+                },
+                one.directions,
+            )),
         }
-        for effect in &mut effects {
-            effect.starts.sort_by(|a, b| a.1.total_cmp(&b.1));
-            effect.promise = 1.0 - effect.starts[0].1 / cost;
-        }
-        effects.sort_by(|a, b| b.promise.total_cmp(&a.promise));
-        Some(Self { effects, residual })
     }
-
-    /// Pairs of effects by the share of the residual's square that both explain together, the best first: two that help
-    /// little alone may explain everything together.
-    pub(super) fn pairs(&self) -> Vec<([&Screened; 2], f64)> {
-        let total = dot(&self.residual, &self.residual);
-        let numbers: Vec<(usize, usize)> = (0..self.effects.len())
-            .flat_map(|i| (0..i).map(move |j| (j, i)))
-            .collect();
-        let mut pairs: Vec<([&Screened; 2], f64)> = numbers
-            .into_par_iter()
-            .map(|(i, j)| {
-                let pair = [&self.effects[i], &self.effects[j]];
-                let mut basis = pair[0].directions.clone();
-                for direction in &pair[1].directions.0 {
-                    basis.add(direction.clone());
-                }
-                (pair, basis.explained(&self.residual) / total)
-            })
-            .collect();
-        pairs.sort_by(|a, b| b.1.total_cmp(&a.1));
-        pairs
+    for (effect, _) in &mut effects {
+        effect.starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+        effect.promise = 1.0 - effect.starts[0].1 / cost;
     }
+    effects.sort_by(|(a, _), (b, _)| b.promise.total_cmp(&a.promise));
+    let (effects, of_effects) = effects.into_iter().unzip();
+    Some((
+        effects,
+        Directions {
+            of_effects,
+            residual,
+        },
+    ))
 }
 
 fn tried(

@@ -2,6 +2,8 @@
 
 mod arrival;
 mod base;
+#[doc(hidden)]
+pub mod checkpoint;
 mod choose;
 mod cpu;
 pub mod gpu;
@@ -27,6 +29,7 @@ pub mod workload;
 
 pub(crate) use arrival::JITTER;
 pub use base::{parameters_for, scale_of, structure_for};
+pub use checkpoint::{Checkpoint, Fingerprint, Memory, Remembering};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
 pub use guard::{Guarded, Standby};
@@ -72,7 +75,7 @@ pub trait Evaluator {
         Ok(self.costs_of(&jobs)?.pop().expect("one list for one job"))
     }
 
-    /// What a user should know of the calls so far, and was not told yet: devices that failed, and what went on instead.
+    /// What its user has to be told of the calls since this was asked last: a device that failed, and what took over.
     fn take_warnings(&mut self) -> Vec<String> {
         Vec::new()
     }

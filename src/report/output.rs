@@ -58,15 +58,21 @@ impl OutputFolder {
     /// If the disk refuses.
     pub fn write(&self, files: &[(String, String)]) -> Result<()> {
         let attempt = || -> std::io::Result<()> {
-            let aside = tempfile::Builder::new()
-                .prefix(".servobee-")
-                .tempdir_in(parent(&self.path))?;
+            let mut builder = tempfile::Builder::new();
+            builder.prefix(".servobee-");
+            as_any_new(&mut builder, 0o777);
+            let aside = builder.tempdir_in(parent(&self.path))?;
             for (name, content) in files {
                 let path = aside.path().join(name);
                 fs::write(&path, content)?;
                 fs::File::open(&path)?.sync_all()?;
             }
-            fs::create_dir_all(&self.path)?;
+            if !self.path.exists() {
+                // All at once.
+                fs::rename(aside.path(), &self.path)?;
+                let _ = aside.keep();
+                return Ok(());
+            }
             for (name, _) in files {
                 fs::rename(aside.path().join(name), self.path.join(name))?;
             }
@@ -79,6 +85,17 @@ impl OutputFolder {
             )
         })
     }
+}
+
+/// Gives what is made the permissions that the user's mask leaves of `mode`, not those of something temporary.
+pub(super) fn as_any_new(builder: &mut tempfile::Builder, mode: u32) {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(mode));
+    }
+    #[cfg(not(unix))]
+    let _ = (builder, mode);
 }
 
 /// The folder that a path lies in.

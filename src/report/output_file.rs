@@ -1,6 +1,6 @@
 //! A file to be written: refused before the work starts, whole or not there after it.
 
-use super::output::parent;
+use super::output::{as_any_new, parent};
 use crate::{Error, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -50,9 +50,15 @@ impl OutputFile {
     /// # Errors
     /// As [`OutputFile::finish`].
     pub fn finish_bytes(self, contents: &[u8]) -> Result<()> {
-        let wrong = |error: &std::io::Error| cannot_write(&self.path, error);
+        let wrong = |error: &std::io::Error| {
+            Error::failed(
+                format!("writing {}: {error}", self.path.display()),
+                "free some space or check its rights",
+            )
+        };
         let mut draft = draft(parent(&self.path)).map_err(|error| wrong(&error))?;
         draft.write_all(contents).map_err(|error| wrong(&error))?;
+        draft.as_file().sync_all().map_err(|error| wrong(&error))?;
         let placed = match self.force {
             true => draft.persist(&self.path),
             false => draft.persist_noclobber(&self.path),
@@ -65,12 +71,7 @@ impl OutputFile {
 /// A file beside the place that it will take.
 fn draft(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // What any new file has; the user's mask is applied to it.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
+    as_any_new(&mut builder, 0o666);
     builder.tempfile_in(folder)
 }
 

@@ -4,7 +4,7 @@ use super::outcome::{Outcome, judge};
 use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
-use crate::diagnose::{Identified, Measurements, Options, Sides, Verdict, identify};
+use crate::diagnose::{Cut, Identified, Measurements, Options, Sides, Verdict, identify};
 use crate::evaluate::{CpuEvaluator, Precision, parameters_for, scale_of, structure_for};
 use crate::model::effects::CATALOGUE;
 use crate::record::{Channel, Record};
@@ -13,6 +13,7 @@ use crate::search::Plan;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Seed of every diagnosis: that of `servobee identify` where none is given.
@@ -223,7 +224,7 @@ fn diagnose(record: Record) -> Result<Identified> {
     let structure = structure_for(&records)?;
     let parameters = parameters_for(&structure, &records);
     let rate = structure.fastest_rate(&parameters);
-    let measurements = Measurements::new(&records, &[], &structure, rate)?;
+    let measurements = Measurements::new(&records, &[], Cut::default(), &structure, rate)?;
     let effects = CATALOGUE.iter().flat_map(|entry| entry.on(&structure));
     let options = Options {
         effects: effects.collect(),
@@ -239,7 +240,7 @@ fn diagnose(record: Record) -> Result<Identified> {
         &mut evaluator,
         &Plan::of_records(DIAGNOSIS),
         &options,
-        &mut |_| {},
+        &mut |_| ControlFlow::Continue(()),
     )
 }
 

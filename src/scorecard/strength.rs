@@ -2,7 +2,7 @@
 
 use super::plan::Variant;
 use crate::Result;
-use crate::diagnose::{Compared, Measurements, errors};
+use crate::diagnose::{Compared, Cut, Measurements, errors};
 use crate::evaluate::problem::Data;
 use crate::evaluate::{Problem, parameters_for, structure_for};
 use crate::model::{Output, Parameter};
@@ -309,7 +309,7 @@ impl Base {
             self.narrow(parameter);
         }
         let rate = structure.fastest_rate(&parameters);
-        let measurements = Measurements::new(&records, &[], &structure, rate)?;
+        let measurements = Measurements::new(&records, &[], Cut::default(), &structure, rate)?;
         let data = Data::Series(measurements.fit.clone());
         let mut problem = Problem::new(structure, parameters, data);
         let noise = |output: Output| setup.noise_std(output.into());

@@ -7,9 +7,10 @@ use super::polish::{
 use super::{Bees, Settings, Start, Swarm, forage};
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem};
-use crate::evaluate::{Cost, Evaluator, reference};
+use crate::evaluate::{Cost, Evaluator, Fingerprint, Memory, reference};
 use crate::model::Parameter;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 impl LeastSquares for Problem {
     fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
@@ -35,6 +36,8 @@ pub struct Plan {
     /// Whether consecutive residuals resemble each other, as those of a record do, so that each says less than an
     /// independent one; the points of a curve are taken as independent.
     pub coloured: bool,
+    /// Remembers the polishes; the costs are remembered by the evaluator, [`Remembering`](crate::evaluate::Remembering).
+    pub memory: Memory,
 }
 
 impl Plan {
@@ -49,6 +52,7 @@ impl Plan {
             seed,
             polish: true,
             coloured: true,
+            memory: Memory::default(),
         }
     }
 }
@@ -110,7 +114,7 @@ impl Fit {
 }
 
 /// Searches `problem` with bees on `evaluator`, and polishes the best candidate in f64 where the plan says so.
-/// `progress` is told each generation that is done.
+/// `progress` is told each generation that is done, and may break off the search: the best until then is the result.
 ///
 /// # Errors
 /// If the settings are refused, the evaluator fails, or every candidate diverges.
@@ -118,7 +122,7 @@ pub fn fit(
     problem: &Problem,
     evaluator: &mut dyn Evaluator,
     plan: &Plan,
-    progress: &mut dyn FnMut(usize),
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<Fit> {
     let fits = fit_all(&[(problem, plan)], evaluator, progress)?;
     Ok(fits.into_iter().next().expect("one fit for one problem"))
@@ -126,14 +130,14 @@ pub fn fit(
 
 /// Fits every problem by its plan, all at once: the bees [`forage`] together, and then the polishes share the CPU's
 /// cores. Each fit is what [`fit`] would make of it alone. One problem with several seeds is a search with restarts.
-/// `progress` is told each generation that is done.
+/// `progress` is told each generation that is done, and may break off the search: the best until then is the result.
 ///
 /// # Errors
 /// As [`fit`]; of several errors, that of the first problem.
 pub fn fit_all(
     tasks: &[(&Problem, &Plan)],
     evaluator: &mut dyn Evaluator,
-    progress: &mut dyn FnMut(usize),
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<Vec<Fit>> {
     let mut swarms = Vec::new();
     for &(problem, plan) in tasks {
@@ -180,12 +184,15 @@ fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
         false => None,
         true => {
             let mut problem = problem.clone();
-            let polished = polish(
-                &mut problem,
-                &free,
-                &search.values,
-                &PolishOptions::default(),
-            )?;
+            let key = || {
+                let mut fingerprint = Fingerprint::default();
+                fingerprint.text("polish").problem(&problem);
+                fingerprint.values(&search.values).finish()
+            };
+            let polished = plan.memory.try_once(key, || {
+                let options = PolishOptions::default();
+                polish(&mut problem.clone(), &free, &search.values, &options)
+            })?;
             evaluations += polished.evaluations;
             let inflation = if plan.coloured {
                 inflation(&problem, &polished.values)

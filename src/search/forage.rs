@@ -3,6 +3,7 @@
 use super::Bees;
 use crate::Result;
 use crate::evaluate::{Evaluator, Job, Population, Problem};
+use std::ops::ControlFlow;
 
 /// A search under way on its problem.
 #[derive(Debug, Clone)]
@@ -15,14 +16,14 @@ pub struct Swarm<'a> {
 
 /// Lets all swarms forage until each is finished, generation by generation in lockstep: many small swarms fill a device
 /// that each alone would leave idle. Each finds, bit by bit, what it finds alone. `progress` is told each generation
-/// that is done.
+/// that is done, and may break off: what was found until then stands.
 ///
 /// # Errors
 /// If the evaluator fails.
 pub fn forage<'s, 'p: 's>(
     swarms: impl IntoIterator<Item = &'s mut Swarm<'p>>,
     evaluator: &mut dyn Evaluator,
-    progress: &mut dyn FnMut(usize),
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<()> {
     let mut swarms: Vec<_> = swarms.into_iter().collect();
     for generation in 0.. {
@@ -43,7 +44,9 @@ pub fn forage<'s, 'p: 's>(
         for (swarm, costs) in swarms.iter_mut().zip(costs) {
             swarm.bees.tell(&costs);
         }
-        progress(generation);
+        if progress(generation).is_break() {
+            break;
+        }
     }
     Ok(())
 }

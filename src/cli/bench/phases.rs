@@ -86,5 +86,5 @@ pub(super) fn print<'a>(all: impl Iterator<Item = (usize, &'a Phases)>) {
         "longest",
         "clock",
     ];
-    println!("\n{}", table(&heads, rows));
+    tell!("\n{}", table(&heads, rows));
 }

@@ -52,7 +52,7 @@ pub(super) fn run(problem: &Problem, budget: Duration, json: bool) -> Result<()>
     };
     if json {
         let text = serde_json::to_string_pretty(&report).expect("a report is JSON");
-        println!("{text}");
+        tell!("{text}");
     } else {
         print(&report);
     }
@@ -101,7 +101,7 @@ fn sweep(adapter: &wgpu::Adapter, problem: &Problem, share: Duration) -> Result<
 }
 
 fn print(report: &Report) {
-    println!(
+    tell!(
         "Million candidate-steps per second with {POPULATION} candidates, the best run; the default is {} \
          invocations.\n",
         wgsl::WORKGROUP
@@ -116,7 +116,7 @@ fn print(report: &Report) {
             ]
         };
         let heads = ["workgroup", "rate", "runs"];
-        println!(
+        tell!(
             "{}\n{}",
             swept.name,
             table(&heads, swept.results.iter().map(row))

@@ -18,6 +18,7 @@ mod triangle;
 mod uncertainty;
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 
 use crate::model::Parameter;
 use crate::{Error, Result};
@@ -74,7 +75,7 @@ impl Default for PolishOptions {
 }
 
 /// Why [`polish`] ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stop {
     /// The residual is orthogonal to every column of the Jacobian that is free to move.
     Gradient,
@@ -94,7 +95,7 @@ impl Stop {
 }
 
 /// An end of a parameter's range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Bound {
     /// Its lower bound.
     Low,
@@ -103,7 +104,7 @@ pub enum Bound {
 }
 
 /// A local minimum of the cost.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Polished {
     /// The parameter values, each in its own unit.
     pub values: Vec<f64>,

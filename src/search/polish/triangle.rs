@@ -2,6 +2,7 @@
 
 use nalgebra::linalg::QR;
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 /// Rows gathered before they are folded into the triangle.
 const BLOCK: usize = 256;
@@ -10,7 +11,7 @@ const BLOCK: usize = 256;
 ///
 /// Its singular values are those of J itself: no precision is lost to the squares of JᵀJ.
 /// (Golub and Van Loan, Matrix Computations, updating QR; Lawson and Hanson 1974, sequential accumulation.)
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Triangle {
     augmented: DMatrix<f64>,
     rows: usize,

@@ -1,0 +1,121 @@
+//! A long run: its evaluator, and the checkpoint from which it goes on if it is cut off.
+
+use super::options::Options;
+use super::{colour, interrupt};
+use servobee::evaluate::{Checkpoint, Chosen, Evaluator, Memory, Remembering};
+use servobee::{Error, Result};
+use std::path::PathBuf;
+
+/// A long run.
+pub(super) struct Work {
+    /// What it remembers, for its searches.
+    pub(super) memory: Memory,
+}
+
+impl Options {
+    /// Begins, or goes on with, the run of the fingerprint `run`.
+    ///
+    /// # Errors
+    /// The checkpoint is there and not asked for, of another run, or cannot be written.
+    pub(super) fn begin(&self, run: u64) -> Result<Work> {
+        let path = self.checkpoint_path();
+        if self.resume && path.is_none() {
+            return Err(Error::input(
+                "--resume",
+                "there is no checkpoint to go on from",
+                "add the --out or --checkpoint of the run that was cut off",
+            ));
+        }
+        let open = |path: PathBuf| match self.resume {
+            true => Checkpoint::resume(&path, run),
+            false => Checkpoint::create(&path, run, self.force),
+        };
+        let checkpoint = path.map(open).transpose()?;
+        if let Some(checkpoint) = &checkpoint
+            && self.resume
+            && self.talks()
+        {
+            tell!(
+                "Going on with {} results from {}",
+                checkpoint.results(),
+                checkpoint.path().display()
+            );
+        }
+        interrupt::watch()?;
+        Ok(Work {
+            memory: checkpoint.map(Memory::from).unwrap_or_default(),
+        })
+    }
+
+    /// Where the checkpoint lies: beside the folder of results, unless it is named.
+    pub(super) fn checkpoint_path(&self) -> Option<PathBuf> {
+        self.checkpoint.clone().or_else(|| {
+            let mut name = self.out.as_ref()?.file_name()?.to_owned();
+            name.push(".checkpoint");
+            Some(self.out.as_ref()?.with_file_name(name))
+        })
+    }
+}
+
+impl Work {
+    /// What `run` computes with the evaluator, and what the user has to be told of it.
+    ///
+    /// # Errors
+    /// As `run`. Where the run failed after a while, the remedy names the checkpoint.
+    pub(super) fn run<T>(
+        &self,
+        chosen: &mut Chosen,
+        run: impl FnOnce(&mut dyn Evaluator) -> Result<T>,
+    ) -> Result<(T, Vec<String>)> {
+        let mut evaluator = Remembering::new(chosen.evaluator.as_mut(), self.memory.clone());
+        let result = run(&mut evaluator);
+        let mut warnings = evaluator.take_warnings();
+        warnings.extend(self.memory.failure());
+        match result {
+            Ok(result) => Ok((result, warnings)),
+            Err(error) => {
+                warnings.iter().for_each(colour::warning);
+                Err(self.failed(error))
+            }
+        }
+    }
+
+    /// Ends the run: its results are written. `broken_off` says where it was interrupted, if it was.
+    ///
+    /// # Errors
+    /// If it was, and how it can be gone on with.
+    pub(super) fn end(self, broken_off: Option<&str>) -> Result<()> {
+        let Some(stage) = broken_off else {
+            return self.memory.forget();
+        };
+        Err(Error::failed(
+            format!("interrupted in \"{stage}\": what it says is what was known then"),
+            match self.memory.kept() {
+                Some(path) => format!(
+                    "add --resume to go on; {} has what was computed",
+                    path.display()
+                ),
+                None => "give it an --out or --checkpoint to go on from another time".into(),
+            },
+        ))
+    }
+
+    /// `error` with the way to go on. Where nothing was computed, nothing is left behind.
+    fn failed(&self, error: Error) -> Error {
+        let Error::Failed { problem, remedy } = error else {
+            return error;
+        };
+        let remedy = match self.memory.kept() {
+            Some(path) => format!(
+                "{remedy}; --resume goes on with what was computed, in {}",
+                path.display()
+            ),
+            None => {
+                // That the run failed matters more than that an empty file stays.
+                let _ = self.memory.forget();
+                remedy
+            }
+        };
+        Error::Failed { problem, remedy }
+    }
+}

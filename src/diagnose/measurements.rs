@@ -1,0 +1,224 @@
+//! Records cut into what is fitted and what is held out.
+
+use crate::Result;
+use crate::evaluate::problem::Series;
+use crate::model::Structure;
+use crate::record::{HOLD_OUT, Record};
+use std::ops::Range;
+
+/// Most rows that are diagnosed unless more are asked for: a diagnosis of these takes minutes, and more rows say little more of
+/// a dozen parameters.
+pub const ROWS: usize = 250_000;
+
+/// A stretch of a record too long to be used whole has at least about so many rows.
+const STRETCH: usize = 4096;
+/// A record too long to be used whole is cut into at most so many stretches.
+const STRETCHES: usize = 10;
+/// Before a stretch this part of its length runs the simulation in.
+const RUN_IN: usize = 4;
+
+/// How records are cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cut {
+    /// Share of each record that is held out where no record is; between 0 and 1.
+    pub hold_out: f64,
+    /// Most rows that are used, of all records together. Of records that have more, stretches all along them are.
+    pub rows: usize,
+}
+
+impl Default for Cut {
+    fn default() -> Self {
+        Self {
+            hold_out: HOLD_OUT,
+            rows: ROWS,
+        }
+    }
+}
+
+/// Records cut into what is fitted and what is held out.
+#[derive(Debug, Clone)]
+pub struct Measurements {
+    /// Fitted.
+    pub fit: Vec<Series>,
+    /// Never fitted. Rows of weight 0 run the simulation in.
+    pub hold_out: Vec<Series>,
+    /// Rows of all records, those that are not used included.
+    pub rows: usize,
+}
+
+impl Measurements {
+    /// All of `records` are fitted where there are records to hold out; otherwise the last part of each is held out.
+    ///
+    /// # Errors
+    /// A record lacks a channel that the structure needs, or has it in another unit.
+    pub fn new(
+        records: &[Record],
+        hold_out: &[Record],
+        cut: Cut,
+        structure: &Structure,
+        rate: f64,
+    ) -> Result<Self> {
+        let rows = records.iter().chain(hold_out).map(Record::samples).sum();
+        let share = (cut.rows as f64 / rows as f64).min(1.0);
+        let mut result = Self {
+            fit: Vec::new(),
+            hold_out: Vec::new(),
+            rows,
+        };
+        let mut add = |record: &Record, fitted: usize| -> Result<()> {
+            let whole = Series::from_record(record, structure)?;
+            let stretches = match share < 1.0 {
+                true => stretches(record.samples(), share, fitted),
+                false => whole_record(record.samples(), fitted),
+            };
+            for stretch in stretches {
+                let held = stretch.counts.start >= fitted;
+                let mut series = stretch.of(&whole);
+                series.set_steps(rate, 1);
+                match held {
+                    true => result.hold_out.push(series),
+                    false => result.fit.push(series),
+                }
+            }
+            Ok(())
+        };
+        let all_fitted = !hold_out.is_empty();
+        for record in records {
+            let fitted = match all_fitted {
+                true => record.samples(),
+                false => record.split(cut.hold_out),
+            };
+            add(record, fitted)?;
+        }
+        for record in hold_out {
+            add(record, 0)?;
+        }
+        Ok(result)
+    }
+
+    /// Rows that count, fitted and held out.
+    pub fn used(&self) -> usize {
+        let series = self.fit.iter().chain(&self.hold_out);
+        series
+            .flat_map(|one| &one.samples)
+            .filter(|sample| sample.weight > 0.0)
+            .count()
+    }
+}
+
+/// Rows of a record: those from `run_in` on are simulated, those in `counts` are compared.
+#[derive(Debug, Clone, PartialEq)]
+struct Stretch {
+    run_in: usize,
+    counts: Range<usize>,
+}
+
+impl Stretch {
+    fn of(&self, whole: &Series) -> Series {
+        let rows = self.run_in..self.counts.end;
+        let mut series = Series {
+            name: whole.name.clone(),
+            time: whole.time[rows.clone()].to_vec(),
+            samples: whole.samples[rows].to_vec(),
+        };
+        for sample in &mut series.samples[..self.counts.start - self.run_in] {
+            sample.weight = 0.0;
+        }
+        series
+    }
+}
+
+/// A record of `rows` rows, of which the first `fitted` are fitted: the others are run into from its beginning.
+fn whole_record(rows: usize, fitted: usize) -> Vec<Stretch> {
+    let stretch = |counts: Range<usize>| Stretch { run_in: 0, counts };
+    let both = [0..fitted, fitted..rows].map(stretch);
+    let kept = |one: &Stretch| !one.counts.is_empty();
+    both.into_iter().filter(kept).collect()
+}
+
+/// Stretches all along a record of `rows` rows which have about `share` of them. None lies on both sides of row `fitted`, and
+/// either side has one.
+fn stretches(rows: usize, share: f64, fitted: usize) -> Vec<Stretch> {
+    let wanted = (rows as f64 * share) as usize;
+    let count = (wanted / STRETCH).clamp(2, STRETCHES);
+    let length = (wanted / count).clamp(1, rows);
+    let last = rows - length;
+    let mut begins: Vec<usize> = (0..count).map(|i| i * last / (count - 1)).collect();
+    for begin in &mut begins {
+        if (*begin..*begin + length).contains(&fitted) && *begin < fitted {
+            *begin = fitted.saturating_sub(length);
+        }
+    }
+    begins.dedup();
+    let stretch = |begin: usize| {
+        let side = if begin < fitted { fitted } else { rows };
+        Stretch {
+            run_in: begin.saturating_sub(length / RUN_IN),
+            counts: begin..(begin + length).min(side),
+        }
+    };
+    begins.into_iter().map(stretch).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn stretches_lie_all_along_a_record_and_on_both_sides_of_the_split(
+            rows in 10usize..3_000_000,
+            share in 1e-4..0.99f64,
+            held in 0.05..0.9f64,
+        ) {
+            let fitted = ((1.0 - held) * rows as f64).round() as usize;
+            let all = stretches(rows, share, fitted);
+            let used: usize = all.iter().map(|one| one.counts.len()).sum();
+            prop_assert!(used as f64 <= (share * rows as f64).max(2.0), "{used}");
+            prop_assert!(used as f64 >= 0.4 * (share * rows as f64).floor(), "{used} of {rows}");
+            prop_assert!(all.iter().any(|one| one.counts.end <= fitted));
+            prop_assert!(all.iter().any(|one| one.counts.start >= fitted));
+            prop_assert_eq!(all[0].counts.start, 0);
+            prop_assert_eq!(all.last().unwrap().counts.end, rows);
+            for one in &all {
+                prop_assert!(one.run_in <= one.counts.start && !one.counts.is_empty());
+                prop_assert!(one.counts.start >= fitted || one.counts.end <= fitted);
+            }
+            for pair in all.windows(2) {
+                prop_assert!(pair[0].counts.end <= pair[1].counts.start);
+            }
+        }
+    }
+
+    #[test]
+    fn a_record_that_is_short_enough_is_used_whole() {
+        assert_eq!(
+            whole_record(10, 7),
+            [
+                Stretch {
+                    run_in: 0,
+                    counts: 0..7
+                },
+                Stretch {
+                    run_in: 0,
+                    counts: 7..10
+                }
+            ]
+        );
+        assert_eq!(
+            whole_record(10, 10),
+            [Stretch {
+                run_in: 0,
+                counts: 0..10
+            }]
+        );
+        assert_eq!(
+            whole_record(10, 0),
+            [Stretch {
+                run_in: 0,
+                counts: 0..10
+            }]
+        );
+    }
+}

@@ -1,0 +1,50 @@
+//! What a diagnosis is doing, told to whoever waits for it and may break it off.
+
+use std::ops::ControlFlow;
+
+/// The stage of a diagnosis.
+pub(super) struct Stage<'a> {
+    tell: &'a mut dyn FnMut(&str) -> ControlFlow<()>,
+    now: String,
+    broken_off: bool,
+}
+
+impl<'a> Stage<'a> {
+    pub(super) fn new(tell: &'a mut dyn FnMut(&str) -> ControlFlow<()>) -> Self {
+        Self {
+            tell,
+            now: String::new(),
+            broken_off: false,
+        }
+    }
+
+    /// The next stage begins. Once it is broken off, nothing begins any more.
+    pub(super) fn begins(&mut self, what: &str) {
+        if !self.broken_off {
+            self.now = what.into();
+            self.broken_off = (self.tell)(what).is_break();
+        }
+    }
+
+    /// Told each generation of a search within the stage.
+    pub(super) fn generation(&mut self, number: usize) -> ControlFlow<()> {
+        if !self.broken_off {
+            let what = format!("{}, generation {number}", self.now);
+            self.broken_off = (self.tell)(&what).is_break();
+        }
+        match self.broken_off {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Whether it has not been broken off.
+    pub(super) fn goes_on(&self) -> bool {
+        !self.broken_off
+    }
+
+    /// The stage in which it was broken off, if it was.
+    pub(super) fn broken_off(&self) -> Option<&str> {
+        self.broken_off.then_some(&self.now)
+    }
+}

@@ -1,0 +1,450 @@
+//! What was computed so far, kept on disk: a run that is cut off goes on from there.
+//!
+//! Everything in a run follows from its input and its seed. So it is enough to remember what took long: the costs of a
+//! generation, a polish, a screening, each under a key that tells what was asked. Called again, the run finds them in the file
+//! and ends with the same bytes as a run that was never cut off.
+//!
+//! ```text
+//! servobee/checkpoint/1 VERSION RUN⏎     16 hexadecimal digits name the run: what is fitted, and how
+//! size u32 | key u64 | result | check u64     for everything remembered, little-endian; results as postcard writes them
+//! ```
+//!
+//! A frame that is not whole, or whose check is wrong, ends the file: what follows is computed again.
+
+use super::problem::{Data, Problem};
+use super::{Cost, Evaluator, Job};
+use crate::{Error, Result};
+use serde::{Serialize, de::DeserializeOwned};
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::hash::{DefaultHasher, Hasher};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What a checkpoint begins with.
+const SCHEMA: &str = "servobee/checkpoint/1";
+/// How long what was written may wait until it is brought to the disk: it outlives the program at once, and the machine
+/// after this.
+const SYNC: Duration = Duration::from_secs(1);
+/// Largest file that is read.
+const LARGEST: u64 = 1 << 30;
+
+/// Tells one run from another: the same things told in the same order give the same number.
+#[derive(Debug, Clone, Default)]
+pub struct Fingerprint(DefaultHasher);
+
+impl Fingerprint {
+    /// Tells the fingerprint of `text`.
+    pub fn text(&mut self, text: &str) -> &mut Self {
+        self.0.write(text.as_bytes());
+        self.0.write_u8(0xff);
+        self
+    }
+
+    /// Tells the fingerprint of `problem`, among those of one run: of its rows only how they are cut into steps.
+    pub fn problem(&mut self, problem: &Problem) -> &mut Self {
+        let Problem {
+            structure,
+            parameters,
+            data,
+            scale,
+            loss: _,
+        } = problem;
+        self.text(&format!("{structure:?} {parameters:?}"));
+        self.values(scale);
+        match &**data {
+            Data::Series(records) => {
+                for record in records {
+                    let rows = record.samples.len();
+                    self.text(&record.name).values(&[rows as f64]);
+                    for row in [0, rows / 2, rows.saturating_sub(2)] {
+                        let sample = record.samples.get(row).copied().unwrap_or_default();
+                        self.values(&[sample.step, sample.weight, f64::from(sample.substeps)]);
+                    }
+                }
+                self
+            }
+            Data::Tones(tones) => self.text(&format!("{tones:?}")),
+        }
+    }
+
+    /// Tells the fingerprint of `values`, bit by bit.
+    pub fn values(&mut self, values: &[f64]) -> &mut Self {
+        self.0.write(bytemuck::cast_slice(values));
+        self.0.write_usize(values.len());
+        self
+    }
+
+    /// The number.
+    pub fn finish(&self) -> u64 {
+        self.0.finish()
+    }
+}
+
+/// What is read of a checkpoint.
+#[derive(Debug)]
+struct Contents {
+    version: String,
+    run: u64,
+    known: HashMap<u64, Vec<u8>>,
+    /// Bytes up to the end of the last whole frame.
+    whole: usize,
+}
+
+/// The file in which a run keeps what it has computed.
+#[derive(Debug)]
+pub struct Checkpoint {
+    path: PathBuf,
+    file: File,
+    known: HashMap<u64, Vec<u8>>,
+    synced: Instant,
+    /// Why it is not written any more.
+    broken: Option<std::io::Error>,
+}
+
+impl Checkpoint {
+    /// A new one at `path` for the run of this fingerprint. With `force` it replaces what lies there.
+    ///
+    /// # Errors
+    /// There is a file, or none can be written.
+    pub fn create(path: &Path, run: u64, force: bool) -> Result<Self> {
+        let wrong = |error: &std::io::Error| match error.kind() {
+            ErrorKind::AlreadyExists => Error::input(
+                path.display(),
+                "is the checkpoint of a run that was cut off",
+                "add --resume to go on with it, or --force to begin again",
+            ),
+            _ => cannot_write(path, error),
+        };
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        // Written aside and moved: there is never a checkpoint without its first line.
+        let draft = tempfile::Builder::new()
+            .prefix(".servobee-")
+            .tempfile_in(folder);
+        let mut draft = draft.map_err(|error| wrong(&error))?;
+        let version = env!("CARGO_PKG_VERSION");
+        writeln!(draft, "{SCHEMA} {version} {run:016x}").map_err(|error| wrong(&error))?;
+        draft.as_file().sync_all().map_err(|error| wrong(&error))?;
+        lock(path, draft.as_file())?;
+        let placed = match force {
+            true => draft.persist(path),
+            false => draft.persist_noclobber(path),
+        };
+        let file = placed.map_err(|error| wrong(&error.error))?;
+        Ok(Self::of(path, file, HashMap::new()))
+    }
+
+    /// The one at `path`, to go on from; a new one where there is none.
+    ///
+    /// # Errors
+    /// The file is no checkpoint, one of another run or version, in use, or cannot be read and written.
+    pub fn resume(path: &Path, run: u64) -> Result<Self> {
+        let wrong = |error: std::io::Error| cannot_write(path, &error);
+        let mut file = match OpenOptions::new().read(true).write(true).open(path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                return Self::create(path, run, false);
+            }
+            Err(error) => return Err(wrong(error)),
+        };
+        lock(path, &file)?;
+        let size = file.metadata().map_err(wrong)?.len();
+        if size > LARGEST {
+            return Err(foreign(path, &format!("has {size} bytes")));
+        }
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(wrong)?;
+        let contents = parse(path, &bytes)?;
+        let version = env!("CARGO_PKG_VERSION");
+        if contents.version != version || contents.run != run {
+            let whose = match contents.version == version {
+                true => "another run: other files, other settings".to_owned(),
+                false => format!("servobee {}", contents.version),
+            };
+            return Err(Error::input(
+                path.display(),
+                format!("is a checkpoint of {whose}"),
+                "repeat the call that was cut off, or leave out --resume and add --force to begin again",
+            ));
+        }
+        file.set_len(contents.whole as u64).map_err(wrong)?;
+        file.seek(SeekFrom::End(0)).map_err(wrong)?;
+        Ok(Self::of(path, file, contents.known))
+    }
+
+    fn of(path: &Path, file: File, known: HashMap<u64, Vec<u8>>) -> Self {
+        Self {
+            path: path.to_owned(),
+            file,
+            known,
+            synced: Instant::now(),
+            broken: None,
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// How many results it holds.
+    pub fn results(&self) -> usize {
+        self.known.len()
+    }
+
+    /// Deletes the file: the run has ended.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    fn remove(&self) -> Result<()> {
+        std::fs::remove_file(&self.path).map_err(|error| {
+            Error::failed(
+                format!("{} cannot be deleted: {error}", self.path.display()),
+                "delete it: the run has ended",
+            )
+        })
+    }
+
+    fn keep(&mut self, key: u64, result: Vec<u8>) {
+        if self.broken.is_some() {
+            return;
+        }
+        // In one piece: whatever ends the program, the frame is there or is seen not to be.
+        let mut written = self.file.write_all(&frame(key, &result));
+        if written.is_ok() && self.synced.elapsed() >= SYNC {
+            written = self.file.sync_data();
+            self.synced = Instant::now();
+        }
+        self.broken = written.err();
+        self.known.insert(key, result);
+    }
+}
+
+/// What a run remembers: what is in its checkpoint, if it has one. Clones share it.
+#[derive(Clone, Default)]
+pub struct Memory(Option<Arc<Mutex<Checkpoint>>>);
+
+impl std::fmt::Debug for Memory {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Memory")
+    }
+}
+
+impl From<Checkpoint> for Memory {
+    fn from(checkpoint: Checkpoint) -> Self {
+        Self(Some(Arc::new(Mutex::new(checkpoint))))
+    }
+}
+
+impl Memory {
+    fn checkpoint(&self) -> Option<MutexGuard<'_, Checkpoint>> {
+        let checkpoint = self.0.as_ref()?;
+        Some(checkpoint.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// What `compute` gives, from the checkpoint where it is known under this `key`. What is remembered as `None` is known
+    /// to be none.
+    pub fn once<T: Serialize + DeserializeOwned>(
+        &self,
+        key: impl FnOnce() -> u64,
+        compute: impl FnOnce() -> T,
+    ) -> T {
+        let never = |error| match error {};
+        let result: std::result::Result<T, std::convert::Infallible> =
+            self.try_once(key, || Ok(compute()));
+        result.unwrap_or_else(never)
+    }
+
+    /// [`Memory::once`] of what can fail. A failure is not remembered.
+    ///
+    /// # Errors
+    /// As `compute`.
+    pub fn try_once<T: Serialize + DeserializeOwned, E>(
+        &self,
+        key: impl FnOnce() -> u64,
+        compute: impl FnOnce() -> std::result::Result<T, E>,
+    ) -> std::result::Result<T, E> {
+        if self.0.is_none() {
+            return compute();
+        }
+        let key = key();
+        let known = self.checkpoint().and_then(|own| {
+            let bytes = own.known.get(&key)?;
+            postcard::from_bytes(bytes).ok()
+        });
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let result = compute()?;
+        if let (Some(mut own), Ok(bytes)) = (self.checkpoint(), postcard::to_stdvec(&result)) {
+            own.keep(key, bytes);
+        }
+        Ok(result)
+    }
+
+    /// Where it is kept, if anything was computed and written there.
+    pub fn kept(&self) -> Option<PathBuf> {
+        let checkpoint = self.checkpoint()?;
+        (!checkpoint.known.is_empty()).then(|| checkpoint.path.clone())
+    }
+
+    /// Why it is not kept any more, where that has failed.
+    pub fn failure(&self) -> Option<String> {
+        let checkpoint = self.checkpoint()?;
+        let error = checkpoint.broken.as_ref()?;
+        Some(format!(
+            "the checkpoint {} cannot be written any more: {error}; --resume goes on from before that",
+            checkpoint.path.display()
+        ))
+    }
+
+    /// Deletes the checkpoint, if there is one: the run has ended.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn forget(&self) -> Result<()> {
+        self.checkpoint().map_or(Ok(()), |own| own.remove())
+    }
+}
+
+/// An evaluator whose costs are remembered.
+pub struct Remembering<'a> {
+    evaluator: &'a mut dyn Evaluator,
+    memory: Memory,
+}
+
+impl<'a> Remembering<'a> {
+    /// `evaluator`, whose costs `memory` remembers.
+    pub fn new(evaluator: &'a mut dyn Evaluator, memory: Memory) -> Self {
+        Self { evaluator, memory }
+    }
+}
+
+impl Evaluator for Remembering<'_> {
+    fn describe(&self) -> String {
+        self.evaluator.describe()
+    }
+
+    fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
+        let key = || {
+            let mut fingerprint = Fingerprint::default();
+            fingerprint.text("costs");
+            for Job {
+                problem,
+                population,
+            } in jobs
+            {
+                fingerprint.problem(problem);
+                fingerprint.values(&[population.len() as f64]);
+                for candidate in population.iter() {
+                    fingerprint.values(candidate);
+                }
+            }
+            fingerprint.finish()
+        };
+        let evaluator = &mut self.evaluator;
+        let values: Vec<Vec<f64>> = self.memory.try_once(key, || {
+            let costs = evaluator.costs_of(jobs)?;
+            let of_job = |costs: &Vec<Cost>| costs.iter().map(|cost| cost.value).collect();
+            Ok(costs.iter().map(of_job).collect())
+        })?;
+        let of_job = |values: Vec<f64>| values.into_iter().map(Cost::finished).collect();
+        Ok(values.into_iter().map(of_job).collect())
+    }
+
+    fn take_warnings(&mut self) -> Vec<String> {
+        self.evaluator.take_warnings()
+    }
+}
+
+fn check(bytes: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    hasher.write(bytes);
+    hasher.finish()
+}
+
+fn frame(key: u64, result: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(20 + result.len());
+    bytes.extend((result.len() as u32).to_le_bytes());
+    bytes.extend(key.to_le_bytes());
+    bytes.extend(result);
+    bytes.extend(check(&bytes).to_le_bytes());
+    bytes
+}
+
+fn parse(path: &Path, bytes: &[u8]) -> Result<Contents> {
+    let line = bytes.iter().take(200).position(|&byte| byte == b'\n');
+    let first = line.and_then(|end| std::str::from_utf8(&bytes[..end]).ok());
+    let words: Vec<&str> = first.unwrap_or_default().split(' ').collect();
+    let (Some(end), &[SCHEMA, version, run]) = (line, words.as_slice()) else {
+        return Err(foreign(path, "does not begin like one"));
+    };
+    let number = u64::from_str_radix(run, 16).ok();
+    let Some(run) = number.filter(|number| format!("{number:016x}") == run) else {
+        return Err(foreign(path, "names no run"));
+    };
+    let mut contents = Contents {
+        version: version.into(),
+        run,
+        known: HashMap::new(),
+        whole: end + 1,
+    };
+    while let Some((key, result, size)) = next(&bytes[contents.whole..]) {
+        contents.known.insert(key, result.to_vec());
+        contents.whole += size;
+    }
+    Ok(contents)
+}
+
+/// Key, result and size of the frame that `bytes` begin with; `None` where it is not whole.
+fn next(bytes: &[u8]) -> Option<(u64, &[u8], usize)> {
+    let (size, rest) = bytes.split_first_chunk()?;
+    let (key, rest) = rest.split_first_chunk()?;
+    let size = u32::from_le_bytes(*size) as usize;
+    let (result, rest) = rest.split_at_checked(size)?;
+    let (expected, _) = rest.split_first_chunk()?;
+    let whole = check(&bytes[..12 + size]) == u64::from_le_bytes(*expected);
+    whole.then(|| (u64::from_le_bytes(*key), result, 20 + size))
+}
+
+/// How many results a checkpoint at `path` with these `bytes` holds. For tests.
+///
+/// # Errors
+/// They are no checkpoint.
+#[doc(hidden)]
+pub fn results_in(path: &Path, bytes: &[u8]) -> Result<usize> {
+    Ok(parse(path, bytes)?.known.len())
+}
+
+fn lock(path: &Path, file: &File) -> Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(Error::input(
+            path.display(),
+            "is in use by a run that has not ended",
+            "wait for it, or name another --checkpoint",
+        )),
+        // A file system without locks takes no harm but from two runs that are given the same file.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+fn foreign(path: &Path, problem: &str) -> Error {
+    Error::input(
+        path.display(),
+        format!("is no checkpoint: it {problem}"),
+        "name the one that the run has written, or leave out --resume",
+    )
+}
+
+fn cannot_write(path: &Path, error: &std::io::Error) -> Error {
+    Error::input(
+        path.display(),
+        format!("cannot be read and written: {error}"),
+        "check the path, its permissions and the space left",
+    )
+}

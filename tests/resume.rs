@@ -1,0 +1,316 @@
+//! Runs that are cut off: what they leave behind, and that they go on to the same bytes.
+//!
+//! `SERVOBEE_SOAK=1` kills a run a hundred times instead of ten.
+
+#![cfg(unix)]
+
+mod program;
+
+use program::{json, names, refused, servobee};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeMap;
+use std::fs::{copy, read, read_dir, write};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const BENCH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv");
+const IDENTIFY: &[&str] = &[
+    "identify",
+    "bench.csv",
+    "--evaluator",
+    "cpu",
+    "--out",
+    "out",
+];
+const DATASHEET: &[&str] = &[
+    "datasheet",
+    "--case",
+    "step",
+    "--evaluator",
+    "cpu",
+    "--out",
+    "out",
+];
+
+fn bench() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    copy(BENCH, folder.path().join("bench.csv")).unwrap();
+    folder
+}
+
+/// Starts the program in `folder`, with signals as a terminal would have them.
+fn start(folder: &Path, call: &[&str], more: &[&str]) -> Child {
+    Command::new("env")
+        .current_dir(folder)
+        .args([
+            "--default-signal=INT,TERM,HUP",
+            env!("CARGO_BIN_EXE_servobee"),
+        ])
+        .args(call)
+        .args(more)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn signal(child: &Child, name: &str) {
+    let kill = Command::new("kill")
+        .args([name, &child.id().to_string()])
+        .status();
+    assert!(kill.unwrap().success());
+}
+
+/// Waits until the checkpoint of a run has so many bytes.
+fn wait_for(checkpoint: &Path, bytes: u64) {
+    let begun = Instant::now();
+    while checkpoint.metadata().map_or(0, |file| file.len()) < bytes {
+        assert!(begun.elapsed() < Duration::from_secs(60), "no checkpoint");
+        sleep(Duration::from_millis(2));
+    }
+}
+
+/// What a run has written, but for the times it took.
+fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for entry in read_dir(folder.join("out")).unwrap() {
+        let entry = entry.unwrap();
+        let text = String::from_utf8(read(entry.path()).unwrap()).unwrap();
+        let name = entry.file_name().into_string().unwrap();
+        let timed =
+            |line: &&str| !line.contains("\"seconds\": ") && !line.contains("<dt>Time</dt>");
+        let kept: Vec<&str> = text.lines().filter(timed).collect();
+        files.insert(name, kept.join("\n").into_bytes());
+    }
+    files
+}
+
+fn whole(call: &[&str]) -> (BTreeMap<String, Vec<u8>>, Duration) {
+    let folder = bench();
+    let begun = Instant::now();
+    let ran = servobee(folder.path(), call);
+    assert!(ran.status.success(), "{ran:?}");
+    let took = begun.elapsed();
+    // The checkpoint is gone with the run.
+    assert_eq!(names(folder.path()), ["bench.csv", "out"]);
+    let found = results(folder.path());
+    assert!(found.len() >= 4 && found.values().all(|file| !file.is_empty()));
+    (found, took)
+}
+
+fn assert_same(
+    found: &BTreeMap<String, Vec<u8>>,
+    expected: &BTreeMap<String, Vec<u8>>,
+    what: &str,
+) {
+    assert!(found.keys().eq(expected.keys()), "{what}");
+    for (name, bytes) in found {
+        assert!(bytes == &expected[name], "{what}: {name} differs");
+    }
+}
+
+/// Kills runs of `call` at random moments until that was done `kills` times, going on with each until it ends by itself.
+fn kill_at_random(call: &[&str], kills: usize, seed: u64) {
+    let (expected, took) = whole(call);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (mut killed, mut runs, mut gone_on) = (0, 0, 0);
+    while killed < kills {
+        let folder = bench();
+        runs += 1;
+        // Runs that are cut off three times at most, so that the later parts of a run are reached as well.
+        for attempt in 0.. {
+            let mut child = start(folder.path(), call, &["--resume", "--quiet"]);
+            if attempt < 3 {
+                sleep(took.mul_f64(rng.random_range(0.0..1.1)));
+                child.kill().unwrap();
+            }
+            let ran = child.wait_with_output().unwrap();
+            if ran.status.success() {
+                break;
+            }
+            assert_eq!(ran.status.code(), None, "{ran:?}");
+            killed += 1;
+            gone_on += usize::from(folder.path().join("out.checkpoint").exists());
+        }
+        assert_same(&results(folder.path()), &expected, &format!("run {runs}"));
+        let left = names(folder.path());
+        let left: Vec<&String> = left
+            .iter()
+            .filter(|name| !name.starts_with(".servobee-"))
+            .collect();
+        assert_eq!(left, ["bench.csv", "out"]);
+    }
+    println!("{killed} kills in {runs} runs of {call:?}, {gone_on} of them left a checkpoint");
+    assert!(gone_on > 0);
+}
+
+fn kills() -> usize {
+    match std::env::var("SERVOBEE_SOAK").is_ok_and(|value| value == "1") {
+        true => 100,
+        false => 10,
+    }
+}
+
+#[test]
+fn an_identification_that_is_killed_goes_on_to_the_same_bytes() {
+    kill_at_random(IDENTIFY, kills(), 1);
+}
+
+#[test]
+fn a_datasheet_fit_that_is_killed_goes_on_to_the_same_bytes() {
+    kill_at_random(DATASHEET, kills() / 2, 2);
+}
+
+/// A run that a signal has reached after its checkpoint had so many bytes.
+fn interrupted(folder: &Path, call: &[&str], name: &str, bytes: u64) -> Output {
+    let child = start(folder, call, &[]);
+    wait_for(&folder.join("out.checkpoint"), bytes);
+    signal(&child, name);
+    child.wait_with_output().unwrap()
+}
+
+#[test]
+fn an_interrupt_ends_with_what_is_known_and_the_run_can_be_gone_on_with() {
+    for (call, name) in [(IDENTIFY, "-INT"), (IDENTIFY, "-TERM"), (DATASHEET, "-INT")] {
+        let (expected, _) = whole(call);
+        let folder = bench();
+        let ran = interrupted(folder.path(), call, name, 5000);
+        let errors = String::from_utf8(ran.stderr).unwrap();
+        assert_eq!(ran.status.code(), Some(1), "{errors}");
+        assert!(
+            errors.contains("interrupted") && errors.contains("--resume"),
+            "{errors}"
+        );
+        // What was known is told, and marked as such.
+        let printed = String::from_utf8(ran.stdout).unwrap();
+        assert!(
+            printed.contains("time_constant") && printed.contains("Written to"),
+            "{printed}"
+        );
+        let report = json(folder.path().join("out/report.json"));
+        let warnings = report["warnings"].to_string();
+        assert!(warnings.contains("interrupted in"), "{warnings}");
+        assert_eq!(names(folder.path()), ["bench.csv", "out", "out.checkpoint"]);
+
+        // A new run does not overwrite what can be gone on with; the old one goes on.
+        let refusal = refused(&servobee(folder.path(), &[call, &["--quiet"]].concat()));
+        assert!(refusal.contains("out"), "{refusal}");
+        let ran = servobee(folder.path(), &[call, &["--resume"]].concat());
+        assert!(ran.status.success(), "{ran:?}");
+        let printed = String::from_utf8(ran.stdout).unwrap();
+        assert!(printed.contains("Going on with "), "{printed}");
+        assert_same(&results(folder.path()), &expected, name);
+        assert_eq!(names(folder.path()), ["bench.csv", "out"]);
+    }
+}
+
+#[test]
+fn a_second_interrupt_quits_at_once() {
+    let folder = bench();
+    let mut child = start(folder.path(), IDENTIFY, &[]);
+    wait_for(&folder.path().join("out.checkpoint"), 1000);
+    signal(&child, "-INT");
+    // The first one is heard before the second.
+    sleep(Duration::from_millis(50));
+    if child.try_wait().unwrap().is_none() {
+        signal(&child, "-INT");
+    }
+    let status = child.wait().unwrap();
+    assert!([Some(130), Some(1)].contains(&status.code()), "{status}");
+    assert!(folder.path().join("out.checkpoint").exists());
+}
+
+#[test]
+fn a_checkpoint_is_taken_only_for_its_own_run() {
+    let folder = bench();
+    let path = folder.path();
+    let ran = interrupted(path, IDENTIFY, "-KILL", 3000);
+    assert_eq!(ran.status.code(), None);
+    let kept = read(path.join("out.checkpoint")).unwrap();
+    let call = |more: &[&str]| servobee(path, &[IDENTIFY, &["--quiet"], more].concat());
+
+    let refusal = refused(&call(&[]));
+    assert!(
+        refusal.contains("out.checkpoint: is the checkpoint of a run that was cut off"),
+        "{refusal}"
+    );
+    let refusal = refused(&call(&["--resume", "--seed", "2"]));
+    assert!(
+        refusal.contains("is a checkpoint of another run"),
+        "{refusal}"
+    );
+    assert!(path.join("out.checkpoint").exists() && !path.join("out").exists());
+
+    // Another record under the same name.
+    let text = String::from_utf8(read(path.join("bench.csv")).unwrap()).unwrap();
+    let shorter: Vec<&str> = text.lines().take(1500).collect();
+    write(path.join("bench.csv"), shorter.join("\n")).unwrap();
+    let refusal = refused(&call(&["--resume"]));
+    assert!(
+        refusal.contains("is a checkpoint of another run"),
+        "{refusal}"
+    );
+    write(path.join("bench.csv"), text).unwrap();
+    assert_eq!(read(path.join("out.checkpoint")).unwrap(), kept);
+
+    // Something else that is called so.
+    for foreign in [
+        &b"hello\n"[..],
+        b"",
+        b"servobee/checkpoint/1 0.1.0 zz\n",
+        &[0; 4096],
+    ] {
+        write(path.join("other"), foreign).unwrap();
+        let refusal = refused(&call(&["--resume", "--checkpoint", "other"]));
+        assert!(refusal.contains("other: is no checkpoint"), "{refusal}");
+    }
+    let refusal = refused(&servobee(
+        path,
+        &["identify", "bench.csv", "--resume", "--quiet"],
+    ));
+    assert!(
+        refusal.contains("--resume: there is no checkpoint"),
+        "{refusal}"
+    );
+
+    // Begun again, with force.
+    let ran = call(&["--force"]);
+    assert!(ran.status.success(), "{ran:?}");
+    assert_eq!(names(path), ["bench.csv", "other", "out"]);
+}
+
+#[test]
+fn two_runs_do_not_share_a_checkpoint() {
+    let folder = bench();
+    let mut first = start(folder.path(), IDENTIFY, &[]);
+    wait_for(&folder.path().join("out.checkpoint"), 500);
+    signal(&first, "-STOP");
+    let refusal = refused(&servobee(
+        folder.path(),
+        &[IDENTIFY, &["--resume", "--quiet"]].concat(),
+    ));
+    assert!(refusal.contains("is in use by a run"), "{refusal}");
+    first.kill().unwrap();
+    first.wait().unwrap();
+}
+
+#[test]
+fn a_damaged_checkpoint_counts_up_to_the_damage() {
+    let folder = bench();
+    let path = folder.path();
+    let (expected, _) = whole(IDENTIFY);
+    interrupted(path, IDENTIFY, "-KILL", 4000);
+    let kept = read(path.join("out.checkpoint")).unwrap();
+    let mut flipped = kept.clone();
+    flipped[kept.len() / 2] ^= 1;
+    for damaged in [&kept[..kept.len() - 3], &kept[..kept.len() / 2], &flipped] {
+        write(path.join("out.checkpoint"), damaged).unwrap();
+        let ran = servobee(path, &[IDENTIFY, &["--resume", "--force"]].concat());
+        assert!(ran.status.success(), "{ran:?}");
+        assert_same(&results(path), &expected, "damaged");
+    }
+}

@@ -1,0 +1,78 @@
+#!/usr/bin/env bash
+# The long forms of the tests that tests/run.sh runs short: hours, not minutes. Run by hand before a release.
+#
+#   bash tests/soak.sh [PART...]
+#
+# Parts, all of them without arguments:
+#   kill      runs killed a hundred times; 64 runs side by side; huge files
+#   load      a hundred records of a million rows in one call
+#   fuzz      every fuzz target for SERVOBEE_FUZZ_SECONDS (3600)
+#   mutants   about SERVOBEE_MUTANTS (120) of the mutants of model, search and diagnosis
+#   sanitize  the tests under the address sanitiser, and unsafe code under Miri where it is installed
+#   supply    licences, sources and advisories of what is linked
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+missing() {
+    echo "NOT TESTED: $1: $2 is missing"
+}
+
+kill_part() {
+    SERVOBEE_SOAK=1 cargo test --locked --test resume --test surroundings -- --show-output
+    SERVOBEE_SOAK=1 cargo test --locked --test bad -- --show-output --include-ignored
+}
+
+load_part() {
+    cargo build --release --locked
+    python3 tests/load.py target/release/servobee
+}
+
+fuzz_part() {
+    cargo fuzz --version > /dev/null 2>&1 || { missing fuzz "cargo-fuzz (cargo install cargo-fuzz)"; return; }
+    local seconds=${SERVOBEE_FUZZ_SECONDS:-3600} target
+    for target in $(cargo fuzz list --fuzz-dir tests/fuzz); do
+        echo "soak.sh: fuzzing $target for $seconds s"
+        bash tests/fuzz/run.sh "$target" "$seconds"
+    done
+}
+
+mutants_part() {
+    cargo mutants --version > /dev/null 2>&1 || { missing mutants "cargo-mutants (cargo install cargo-mutants)"; return; }
+    # Every n-th one, so that each file has its share; tests that stop at the first failure.
+    local among=(-f 'src/model/**' -f 'src/search/**' -f 'src/diagnose/**') count
+    count=$(cargo mutants --list "${among[@]}" | wc -l)
+    SERVOBEE_SKIP_GPU=1 cargo mutants "${among[@]}" --sharding round-robin --shard "0/$((count / ${SERVOBEE_MUTANTS:-120}))" \
+        --output target --timeout-multiplier 3 -- --lib --test effects --test physics --test bees --test own \
+        --test evaluators --test card --test numbers --test diagnosis
+}
+
+sanitize_part() {
+    local host
+    host=$(rustc -vV | sed -n 's/^host: //p')
+    # The sanitiser and Miri are not in stable Rust.
+    if cargo +nightly --version > /dev/null 2>&1; then
+        RUSTFLAGS=-Zsanitizer=address cargo +nightly test --locked --target "$host" --target-dir target/sanitize \
+            --lib --test evaluators --test physics
+    else
+        missing "address sanitiser" "a nightly toolchain"
+    fi
+    if cargo +nightly miri --version > /dev/null 2>&1; then
+        cargo +nightly miri test --lib audited
+    else
+        missing Miri "rustup component add miri --toolchain nightly"
+    fi
+}
+
+supply_part() {
+    cargo deny --version > /dev/null 2>&1 || { missing supply "cargo-deny (cargo install cargo-deny)"; return; }
+    cargo deny --config .ci/deny.toml check licenses bans sources
+    cargo deny --config .ci/deny.toml check advisories || missing advisories "the database of advisories, or it has found some"
+}
+
+parts=("$@")
+[ $# -gt 0 ] || parts=(kill load fuzz mutants sanitize supply)
+for part in "${parts[@]}"; do
+    declare -F "${part}_part" > /dev/null || { echo "soak.sh: there is no part $part" >&2; exit 2; }
+    echo "soak.sh: $part"
+    "${part}_part"
+done

@@ -22,7 +22,7 @@ const RUN_IN: usize = 4;
 pub struct Cut {
     /// Share of each record that is held out where no record is; between 0 and 1.
     pub hold_out: f64,
-    /// Most rows that are used, of all records together. Of records that have more, stretches all along them are.
+    /// Most rows that are used, of all records together. Of records that have more, lively stretches all along them are.
     pub rows: usize,
 }
 
@@ -68,7 +68,7 @@ impl Measurements {
         let mut add = |record: &Record, fitted: usize| -> Result<()> {
             let whole = Series::from_record(record, structure)?;
             let stretches = match share < 1.0 {
-                true => stretches(record.samples(), share, fitted),
+                true => stretches(&record.command().values, share, fitted),
                 false => whole_record(record.samples(), fitted),
             };
             for stretch in stretches {
@@ -136,28 +136,55 @@ fn whole_record(rows: usize, fitted: usize) -> Vec<Stretch> {
     both.into_iter().filter(kept).collect()
 }
 
-/// Stretches all along a record of `rows` rows which have about `share` of them. None lies on both sides of row `fitted`, and
-/// either side has one.
-fn stretches(rows: usize, share: f64, fitted: usize) -> Vec<Stretch> {
+/// Stretches all along a record with this `command` which have about `share` of its rows: of each of equal sections the
+/// one in which the command moves most. None lies on both sides of row `fitted`, and either side has one.
+fn stretches(command: &[f64], share: f64, fitted: usize) -> Vec<Stretch> {
+    let rows = command.len();
     let wanted = (rows as f64 * share) as usize;
     let count = (wanted / STRETCH).clamp(2, STRETCHES);
-    let length = (wanted / count).clamp(1, rows);
-    let last = rows - length;
-    let mut begins: Vec<usize> = (0..count).map(|i| i * last / (count - 1)).collect();
-    for begin in &mut begins {
-        if (*begin..*begin + length).contains(&fitted) && *begin < fitted {
-            *begin = fitted.saturating_sub(length);
-        }
-    }
-    begins.dedup();
-    let stretch = |begin: usize| {
-        let side = if begin < fitted { fitted } else { rows };
+    let length = (wanted / count).max(1);
+    let travel: Vec<f64> = std::iter::once(0.0)
+        .chain(command.windows(2).scan(0.0, |sum, pair| {
+            *sum += (pair[1] - pair[0]).abs();
+            Some(*sum)
+        }))
+        .collect();
+    let held = (count as f64 * (rows - fitted) as f64 / rows as f64).round() as usize;
+    let held = match fitted {
+        0 => count,
+        _ if fitted == rows => 0,
+        _ => held.clamp(1, count - 1),
+    };
+    let liveliest = |section: Range<usize>| {
+        let last = section.end.saturating_sub(length).max(section.start);
+        let moved = |begin: usize| travel[(begin + length).min(section.end) - 1] - travel[begin];
+        let places = (section.start..=last).step_by((length / RUN_IN).max(1));
+        let livelier = |best, next| {
+            if moved(next) > moved(best) {
+                next
+            } else {
+                best
+            }
+        };
+        let begin = places.reduce(livelier).unwrap_or(section.start);
         Stretch {
             run_in: begin.saturating_sub(length / RUN_IN),
-            counts: begin..(begin + length).min(side),
+            counts: begin..(begin + length).min(section.end),
         }
     };
-    begins.into_iter().map(stretch).collect()
+    [(0..fitted, count - held), (fitted..rows, held)]
+        .into_iter()
+        .flat_map(|(side, count)| sections(side, count))
+        .map(liveliest)
+        .collect()
+}
+
+/// `rows` in `count` sections of equal length.
+fn sections(rows: Range<usize>, count: usize) -> impl Iterator<Item = Range<usize>> {
+    let edge = move |i: usize| rows.start + rows.len() * i / count.max(1);
+    (0..count)
+        .map(move |i| edge(i)..edge(i + 1))
+        .filter(|section| !section.is_empty())
 }
 
 #[cfg(test)]
@@ -173,14 +200,13 @@ mod tests {
             held in 0.05..0.9f64,
         ) {
             let fitted = ((1.0 - held) * rows as f64).round() as usize;
-            let all = stretches(rows, share, fitted);
+            let command: Vec<f64> = (0..rows).map(|row| (0.01 * row as f64).sin()).collect();
+            let all = stretches(&command, share, fitted);
             let used: usize = all.iter().map(|one| one.counts.len()).sum();
             prop_assert!(used as f64 <= (share * rows as f64).max(2.0), "{used}");
             prop_assert!(used as f64 >= 0.4 * (share * rows as f64).floor(), "{used} of {rows}");
             prop_assert!(all.iter().any(|one| one.counts.end <= fitted));
             prop_assert!(all.iter().any(|one| one.counts.start >= fitted));
-            prop_assert_eq!(all[0].counts.start, 0);
-            prop_assert_eq!(all.last().unwrap().counts.end, rows);
             for one in &all {
                 prop_assert!(one.run_in <= one.counts.start && !one.counts.is_empty());
                 prop_assert!(one.counts.start >= fitted || one.counts.end <= fitted);
@@ -189,6 +215,20 @@ mod tests {
                 prop_assert!(pair[0].counts.end <= pair[1].counts.start);
             }
         }
+    }
+
+    #[test]
+    fn a_stretch_lies_where_the_command_moves() {
+        // At rest but for a step near the end of each part.
+        let moved = |row: usize| f64::from(u8::from((6000..6100).contains(&row) || row >= 9500));
+        let command: Vec<f64> = (0..10_000).map(moved).collect();
+        let all = stretches(&command, 0.1, 7000);
+        assert_eq!(all.len(), 2);
+        let alive = |one: &Stretch| {
+            let rows = &command[one.counts.clone()];
+            rows.iter().any(|value| *value != rows[0])
+        };
+        assert!(all.iter().all(alive), "{all:?}");
     }
 
     #[test]

@@ -603,12 +603,16 @@ fn unreadable_files_are_named() {
     #[cfg(target_os = "linux")]
     assert_refused(
         Record::read("/dev/zero", &[]),
-        &["/dev/zero, row 1", "1 MiB"],
+        &["/dev/zero", "longer than 256 MiB"],
     );
-    let wide = format!("{}\n", "x,".repeat(100_000));
+    let wide = |columns: usize| format!("{}\n", "x,".repeat(columns)).repeat(2);
     assert_refused(
-        Record::parse("wide.csv", &wide.repeat(2), &[]),
-        &["\"time [s]\"", "and 99981 more"],
+        Record::parse("wide.csv", wide(9_000), &[]),
+        &["\"time [s]\"", "and 8981 more"],
+    );
+    assert_refused(
+        Record::parse("wide.csv", wide(100_000), &[]),
+        &["wide.csv, row 1", "100001 cells"],
     );
 }
 

@@ -140,18 +140,19 @@ impl Record {
     /// response is accepted here; see [`Record::check_excited`] and [`Record::check_response`].
     ///
     /// # Errors
-    /// A file that cannot be read as such a table; a column that is missing, there twice or in an unknown unit; a
+    /// A file that cannot be read as such a table, or is too large to be a record: 256 MiB, 16 million numbers, 10 000 columns;
+    /// a column that is missing, there twice or in an unknown unit; a
     /// cell that is no finite number; columns of unequal length; fewer than two samples; times that do not rise strictly.
     pub fn read(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Self> {
         Self::of(&file::read(path.as_ref())?, mappings)
     }
 
-    /// [`Record::read`] from the text of the CSV file called `path`.
+    /// [`Record::read`] from the content of the file called `path`.
     ///
     /// # Errors
     /// As [`Record::read`], but for those of reading the file.
-    pub fn parse(path: &str, text: &str, mappings: &[Mapping]) -> Result<Self> {
-        Self::of(&csv::parse(path, text)?, mappings)
+    pub fn parse(path: &str, content: impl AsRef<[u8]>, mappings: &[Mapping]) -> Result<Self> {
+        Self::of(&file::parse(path, content.as_ref())?, mappings)
     }
 
     /// The channels of a table.
@@ -228,7 +229,8 @@ impl Record {
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = self.warnings.clone();
         if !self.ignored.is_empty() {
-            remarks.push(format!("ignored the columns {}", self.ignored.join(", ")));
+            let names = self.ignored.iter().map(String::as_str);
+            remarks.push(format!("ignored the columns {}", table::listed(names)));
         }
         remarks
             .iter()
@@ -316,14 +318,12 @@ impl Record {
             return Ok(());
         }
         let present = self.channels().map(|(channel, _)| channel.name());
-        let present: Vec<&str> = present
-            .chain(self.ignored.iter().map(String::as_str))
-            .collect();
+        let present = present.chain(self.ignored.iter().map(String::as_str));
         Err(Error::input(
             &self.path,
             format!(
-                "has no column \"spool [%]\", \"flow [L/min]\" or \"position [mm]\", only time and {}",
-                present.join(", ")
+                "has no column \"spool [%]\", \"flow [L/min]\" or \"position [mm]\", only \"time\", {}",
+                table::listed(present)
             ),
             "rename the column that holds one of them or add --map \"COLUMN=spool [UNIT]\"",
         ))

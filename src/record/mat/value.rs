@@ -44,9 +44,11 @@ pub(super) fn variables(
         };
         let read = match element.kind {
             MATRIX => array(reader, element.bytes, 0, &mut name),
-            COMPRESSED => reader
-                .inflated(element.bytes)
-                .and_then(|content| array(reader, &content, 0, &mut name)),
+            COMPRESSED => reader.inflated(element.bytes).and_then(|content| {
+                let read = array(reader, &content, 0, &mut name);
+                reader.release(content.len());
+                read
+            }),
             _ => Err(damaged("it holds something that is no array")),
         };
         let value = read.map_err(|fault| (name.take(), fault))?;
@@ -153,6 +155,7 @@ fn structs(reader: &mut Reader, bytes: &mut &[u8], count: usize, depth: usize) -
     if length == 0 || names.bytes.is_empty() {
         return Ok(Value::Structs(Vec::new()));
     }
+    reader.allocate(names.bytes.len().div_ceil(length).saturating_mul(OVERHEAD))?;
     let names: Vec<String> = names
         .bytes
         .chunks(length)

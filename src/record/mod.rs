@@ -18,6 +18,7 @@ pub use channel::Channel;
 pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
 pub use format::{Dialect, Format};
 pub use mapping::{Mapping, check_mappings};
+pub(crate) use table::quoted;
 pub use unit::{Quantity, Unit};
 
 use crate::{Error, Result};

@@ -67,9 +67,9 @@ impl Table {
     pub(super) fn missing(&self, wanted: &str, remedy: &str) -> Error {
         let hiding = |other: &&Other| other.remedy.is_some();
         if let Some(other) = self.others.iter().find(hiding) {
-            let (name, what) = (&other.name, &other.what);
+            let (name, what) = (quoted(&other.name), &other.what);
             return Error::input(
-                format!("{}, variable {name:?}", self.path),
+                format!("{}, variable {name}", self.path),
                 format!("is {what}, and no column {wanted} is beside it"),
                 other.remedy.as_deref().unwrap_or(remedy),
             );
@@ -317,7 +317,7 @@ pub(super) fn check_rising(
 }
 
 /// `text` in quotes, on one line and short.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     const LONGEST: usize = 40;
     match text.char_indices().nth(LONGEST) {
         None => format!("{text:?}"),

@@ -5,7 +5,7 @@ mod element;
 mod value;
 
 use super::format::Format;
-use super::table::{Table, WIDEST};
+use super::table::{Table, WIDEST, quoted};
 use crate::{Error, Result};
 use columns::Gathered;
 use element::Reader;
@@ -37,7 +37,7 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     let mut reader = Reader::new(big_endian);
     let variables = value::variables(&mut reader, &bytes[HEADER..]).map_err(|(name, fault)| {
         let place = match name {
-            Some(name) => format!("{path}, variable {:?}", name + &fault.field),
+            Some(name) => format!("{path}, variable {}", quoted(&(name + &fault.field))),
             None => path.into(),
         };
         Error::input(place, fault.problem, fault.remedy)

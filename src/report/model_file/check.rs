@@ -5,7 +5,7 @@ use crate::Result;
 use crate::model::effects::Port;
 use crate::model::valve::AreaLaw;
 use crate::model::{Drive, FreeForm, Output, Piston, Signal, Structure};
-use crate::record::{Quantity, Unit};
+use crate::record::{Quantity, Unit, quoted};
 use std::ops::RangeInclusive;
 
 /// Full scales that a command can have, in its unit.
@@ -30,7 +30,7 @@ impl ModelFile {
             return refuse(
                 &["full_scale"],
                 format!("full_scale is {full_scale:?}"),
-                "give the command that asks for 100 % of the spool's stroke, from 1e-9 to 1e9",
+                "give a positive number, from 1e-9 to 1e9: the command that asks for 100 % of the spool's stroke",
             );
         }
         for (key, unit) in [
@@ -42,7 +42,7 @@ impl ModelFile {
             if !kept.is_ok_and(|kept| kept == unit) {
                 return refuse(
                     &[key],
-                    format!("signals are not kept in {unit:?}"),
+                    format!("signals are not kept in {}", quoted(unit)),
                     "use V, mA, %, mm or 1, as the record does after its conversion",
                 );
             }

@@ -4,6 +4,7 @@ mod check;
 
 use crate::model::effects::Effect;
 use crate::model::{Fluid, Parameter, Scale, Structure};
+use crate::record::quoted;
 use crate::{Error, Result, input};
 use serde::{Deserialize, Serialize};
 use std::ops::{Range, RangeInclusive};
@@ -20,9 +21,15 @@ const COMPLETE: [&str; 3] = ["full_scale", "command_unit", "observed"];
 /// Classes of oil (ISO VG) and temperatures (°C) that a hydraulic system works with.
 const OILS: (RangeInclusive<f64>, RangeInclusive<f64>) = (10.0..=150.0, -20.0..=120.0);
 
-/// Largest magnitude of a parameter, in its unit, and largest rate in 1/s or Hz, whose inverse is the least time constant in
-/// s: integration steps follow the fastest.
-const LARGEST: (f64, f64) = (1e12, 1e6);
+/// Longest message of the TOML reader that is passed on, in characters.
+const LONGEST_MESSAGE: usize = 400;
+
+/// Largest magnitude of a parameter, in its unit.
+const LARGEST: f64 = 1e18;
+
+/// Fastest rate in 1/s or Hz, and inverse of the least time constant in s, that integration steps follow: see
+/// [`Structure::fastest_rate`].
+const FASTEST: f64 = 1e7;
 
 /// A model file that has been read.
 ///
@@ -114,7 +121,7 @@ impl ModelFile {
                 _ => {
                     return Err(file.error(
                         key.span(),
-                        format!("{:?} is no part of a model file", key.get_ref()),
+                        format!("{} is no part of a model file", quoted(key.get_ref())),
                         "a model file has one [structure], one [fluid] and any number of [[parameter]]",
                     ));
                 }
@@ -302,8 +309,8 @@ impl ModelFile {
             if !number.get_ref().is_finite() {
                 return Err(self.error(number.span(), "is not finite", "give a number"));
             }
-            if number.get_ref().abs() > LARGEST.0 {
-                let problem = format!("is beyond {:e} {}", LARGEST.0, parameter.unit);
+            if number.get_ref().abs() > LARGEST {
+                let problem = format!("is beyond {LARGEST:e} {}", parameter.unit);
                 return Err(self.error(number.span(), problem, "give what a valve can have"));
             }
         }
@@ -343,10 +350,12 @@ impl ModelFile {
                 "give a positive low, or scale = \"linear\"",
             ));
         }
-        let too_fast = match parameter.unit.as_str() {
-            "1/s" | "Hz" if *high > LARGEST.1 => Some((&entry.high, "high", high)),
-            "s" if parameter.scale == Scale::Log && *low < LARGEST.1.recip() => {
+        let too_fast = match name.as_str() {
+            "time_constant" | "supply_lag" if *low < FASTEST.recip() => {
                 Some((&entry.low, "low", low))
+            }
+            rate if rate == "gain" || rate.starts_with("line_frequency_") => {
+                (*high > FASTEST).then_some((&entry.high, "high", high))
             }
             _ => None,
         };
@@ -357,7 +366,7 @@ impl ModelFile {
                     "{name} has {bound} {value:e} {}: no valve is as fast",
                     parameter.unit
                 ),
-                "give bounds of rates below 1e6 1/s, and of time constants above 1e-6 s",
+                "give bounds of rates below 1e7 1/s, and of time constants above 1e-7 s",
             ));
         }
         if !(*low..=*high).contains(start) {
@@ -389,9 +398,17 @@ impl ModelFile {
     }
 
     fn toml_error(&self, error: &toml::de::Error) -> Error {
+        // What the message repeats of the file may be anything.
+        let message = error
+            .message()
+            .trim()
+            .replace('\n', ", ")
+            .replace("; ", ", ");
+        let shown = message.chars().take(LONGEST_MESSAGE);
+        let shown = shown.map(|c| if c.is_control() { '\u{fffd}' } else { c });
         self.error(
             error.span().unwrap_or(0..0),
-            error.message().trim().replace('\n', ", "),
+            shown.collect::<String>(),
             "correct the line; a file that identify writes shows every key",
         )
     }
@@ -402,7 +419,7 @@ impl ModelFile {
         let number = 1 + self.text[..start].matches('\n').count();
         let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
         Error::input(
-            format!("{}, line {number}, {line:?}", self.path),
+            format!("{}, line {number}, {}", self.path, quoted(line)),
             problem.to_string(),
             remedy.to_string(),
         )

@@ -83,12 +83,10 @@ fn run(folder: &Path, arguments: &[String]) -> Ran {
 fn faults(folder: &Path, call: &[String], place: &str, words: &str) -> Vec<String> {
     let before = names(folder);
     let ran = run(folder, call);
-    println!(
-        "{:4} MB, {:.2?}: {}",
-        ran.memory / 1_000_000,
-        ran.time,
-        call.join(" ")
-    );
+    if ran.memory > MEMORY / 10 {
+        let memory = ran.memory / 1_000_000;
+        println!("{memory} MB, {:.2?}: {}", ran.time, call.join(" "));
+    }
     let message = ran.errors.strip_prefix("servobee: ").unwrap_or_default();
     let located = message
         .strip_prefix(place)

@@ -9,7 +9,7 @@ mod text;
 
 use super::column::{Column, Odd};
 use super::format::{Dialect, Format};
-use super::label::{Label, unit_cell};
+use super::label::{Label, unit_cell, visible};
 use super::table::{Table, WIDEST, count, quoted};
 use crate::{Error, Result};
 use cells::{could_be_thousands, decimal_mark, number};
@@ -272,11 +272,15 @@ fn label(name: &str, below: Option<&str>, place: impl Fn() -> String) -> Result<
     match (&label.unit, below) {
         (Some(one), Some(other)) if one != other => Err(Error::input(
             place(),
-            format!("has the unit {one:?}, but {other:?} in the row of units"),
+            format!(
+                "has the unit {}, but {} in the row of units",
+                quoted(one),
+                quoted(other)
+            ),
             "keep one of the two",
         )),
         (None, Some(unit)) => {
-            label.unit = Some(unit.into());
+            label.unit = Some(visible(unit));
             Ok(label)
         }
         _ => Ok(label),

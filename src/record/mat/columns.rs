@@ -6,7 +6,7 @@
 use super::value::{Fields, Value};
 use crate::record::Channel;
 use crate::record::column::Column;
-use crate::record::label::Label;
+use crate::record::label::{Label, visible};
 use crate::record::table::Other;
 use std::collections::{BTreeMap, HashSet};
 
@@ -153,7 +153,7 @@ impl Gathered {
     ) {
         let mut column = |path: &str, name: &str, values: Vec<f64>| {
             let mut label = Label::at(path, name);
-            label.unit = label.unit.or_else(|| unit.map(str::to_owned));
+            label.unit = label.unit.or_else(|| unit.map(visible));
             self.columns.push(Column::of(label, values));
         };
         let sizes: Vec<usize> = sizes.iter().copied().filter(|&size| size != 1).collect();

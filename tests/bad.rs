@@ -43,6 +43,10 @@ fn run(folder: &Path, arguments: &[String]) -> Ran {
     let streams = tempdir().unwrap();
     let [printed, errors] = ["printed", "errors"].map(|name| streams.path().join(name));
     let started = Instant::now();
+    #[allow(
+        clippy::zombie_processes,
+        reason = "wait4 waits for it, and tells what it took"
+    )]
     let child = Command::new(assert_cmd::cargo::cargo_bin!("servobee"))
         .current_dir(folder)
         .args(arguments)
@@ -605,7 +609,7 @@ fn the_largest_files_that_are_read_are_refused_in_bounds() {
     let many = |file: &mut BufWriter<File>| rows(file, 12_000_000);
     let place = format!("big.csv, row {}", most + 4);
     assert_refused("big.csv", many, call, &place, "beyond 16 million cells");
-    let digits = "0.123456789012345678".repeat(1);
+    let digits = "0.123456789012345678";
     let wide = |file: &mut BufWriter<File>| {
         file.write_all(HEADER.as_bytes())?;
         (0..4_100_000)

@@ -19,7 +19,10 @@ seeds() {
         record_mat) cp tests/data/mat/*.mat tests/data/bad/*.mat "$2" 2> /dev/null || true ;;
         curve) cp src/record/cases/*.csv "$2" ;;
         model_file) cp tests/fuzz/seeds/model_file/*.toml tests/data/bad/*.toml "$2" 2> /dev/null || true ;;
-        identify) printf '\5\1\140\200%s' "$(seq -s ' ' 1 40)" > "$2/short" ;;
+        # The second byte says which effects are looked for, and whether a card is drawn.
+        identify) for kind in '\1' '\377'; do
+            printf "\\5$kind\\140\\200%s" "$(seq -s ' ' 1 40)" > "$2/short${kind#?}"
+        done ;;
     esac
 }
 options() {

@@ -13,7 +13,7 @@ use servobee::search::{Plan, Settings};
 use servobee_fuzz::{assert_reads_back, located};
 
 /// Integration steps of a whole record, at most: what asks for more is right, but slow.
-const STEPS: u64 = 5_000;
+const STEPS: u64 = 500;
 
 const PATH: &str = "fuzz.csv";
 
@@ -98,6 +98,16 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         "{:?}",
         after.values
     );
+    let problem = &after.problem;
+    let model = ModelFile::to_toml(&problem.structure, &problem.parameters, &after.values);
+    let file = ModelFile::parse("model.toml", &model).expect(&model);
+    let structure = file.complete_structure().expect(&model);
+    assert_eq!(structure, problem.structure);
+    file.parameters(structure.parameters()).expect(&model);
+    // The card's sweeps take far longer than all before: they come with few inputs.
+    if choice < 250 {
+        return;
+    }
     let card = Card::of(&after.problem, &after.fit);
     let document = Document::of(&identified, &card, &chosen, 1, 0.0, records[0].remarks());
     assert!(!document.to_json().contains("NaN"));
@@ -106,10 +116,6 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             .trim_end()
             .ends_with("</html>")
     );
-    let problem = &after.problem;
-    let model = ModelFile::to_toml(&problem.structure, &problem.parameters, &after.values);
-    let file = ModelFile::parse("model.toml", &model).expect(&model);
-    assert_eq!(file.complete_structure().expect(&model), problem.structure);
 });
 
 /// A record of up to 48 rows: the first bytes say which channels it has and how its numbers are made.

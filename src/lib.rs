@@ -135,6 +135,7 @@ pub mod diagnose;
 mod error;
 pub mod evaluate;
 pub mod export;
+mod input;
 pub mod model;
 pub mod record;
 pub mod report;

@@ -1,5 +1,8 @@
 //! Model files: what is written reads back exactly, a part changes the rest, and what is wrong is named.
 
+use proptest::prelude::*;
+use proptest::sample::{Index, select, subsequence};
+use servobee::model::effects::CATALOGUE;
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
 use servobee::model::{Drive, Hold, Initial, Output, Parameter, Piston, Structure};
@@ -290,4 +293,154 @@ fn a_fluid_sets_density_and_viscosity_unless_a_parameter_does() {
     }
     let error = refused("[fluid]\niso_vg = 46\n", &Structure::actuator(10.0, "V"));
     assert!(error.contains("no valve"), "{error}");
+}
+
+/// A structure of any parts that fit together.
+fn any_structure() -> impl Strategy<Value = Structure> {
+    let units = select(vec!["V", "mA", "%", "mm", "1"]);
+    let area = prop_oneof![
+        Just(AreaLaw::Linear),
+        proptest::collection::btree_set(-1000_i32..1000, 4..12).prop_map(|openings| {
+            AreaLaw::Table(openings.into_iter().map(|at| f64::from(at) / 7.0).collect())
+        })
+    ];
+    let kinds = (
+        subsequence(Output::ALL.to_vec(), 1..=3),
+        select(vec![Drive::Actuator, Drive::Direct]),
+        select(vec![Piston::Integrated, Piston::Servo]),
+        select(vec![Hold::Held, Hold::Interpolated]),
+        select(vec![Initial::Equilibrium, Initial::Rest, Initial::Free]),
+        any::<bool>(),
+    );
+    let valve = (
+        area,
+        select(vec![Orifices::Four, Orifices::Six]),
+        select(vec![Transition::PressureRatio, Transition::Reynolds]),
+        select(vec![Meter::Load, Meter::Supply]),
+        select(vec![Drop::Rated, Drop::Supply, Drop::Ports]),
+    );
+    let effects = proptest::collection::vec(any::<Index>(), 0..4);
+    let scale = (1e-6..1e6_f64, units.clone(), proptest::option::of(units));
+    (scale, kinds, valve, effects).prop_map(|(scale, kinds, valve, effects)| {
+        let (full_scale, command_unit, spool_unit) = scale;
+        let (observed, drive, piston, hold, initial, reversed) = kinds;
+        let (area, orifices, transition, meter, drop) = valve;
+        let piston = if command_unit == "mm" {
+            piston
+        } else {
+            Piston::Integrated
+        };
+        let mut structure = Structure {
+            observed,
+            drive,
+            spool_unit: spool_unit.map(String::from),
+            piston,
+            reversed,
+            hold,
+            initial,
+            ..Structure::actuator(full_scale, command_unit)
+        };
+        let form = ValveForm {
+            area,
+            orifices,
+            transition,
+            meter,
+            drop,
+        };
+        structure.valve = structure.needs_valve().then_some(form);
+        let able: Vec<_> = CATALOGUE
+            .iter()
+            .flat_map(|entry| entry.on(&structure))
+            .collect();
+        for index in effects.iter().filter(|_| !able.is_empty()) {
+            structure = structure.with(*index.get(&able));
+        }
+        structure
+    })
+}
+
+/// Pieces that make a model file another one, or none.
+fn piece() -> impl Strategy<Value = &'static str> {
+    select(vec![
+        "",
+        "nan",
+        "inf",
+        "-1",
+        "0",
+        "1e300",
+        "1e-300",
+        "true",
+        "\"\"",
+        "\"%\"",
+        "\"flow\"",
+        "[]",
+        "{}",
+        "[[parameter]]\n",
+        "[structure]\n",
+        "[fluid]\niso_vg = 46\n",
+        "\n",
+        "=",
+        "#",
+        "\"",
+        "é",
+        "\u{7}",
+    ])
+}
+
+proptest! {
+    #[test]
+    fn any_model_reads_back_to_the_same(
+        structure in any_structure(),
+        places in proptest::collection::vec((0.0..1.0_f64, any::<bool>()), 1..30),
+    ) {
+        let mut parameters = structure.parameters();
+        for (parameter, (place, fixed)) in parameters.iter_mut().zip(places.iter().cycle()) {
+            parameter.start = parameter.from_unit(*place);
+            parameter.fixed = *fixed;
+        }
+        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let text = ModelFile::to_toml(&structure, &parameters, &values);
+        let file = ModelFile::parse("model.toml", &text).unwrap();
+        prop_assert_eq!(file.complete_structure().unwrap(), structure.clone(), "{}", text);
+        prop_assert_eq!(file.parameters(structure.parameters()).unwrap(), parameters, "{}", text);
+    }
+
+    /// A file with something else in one place is refused there, or is sound and reads back.
+    #[test]
+    fn a_changed_model_is_refused_with_its_line_or_sound(
+        structure in any_structure(),
+        [at, end] in any::<[Index; 2]>(),
+        piece in piece(),
+    ) {
+        let parameters = structure.parameters();
+        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let mut text = ModelFile::to_toml(&structure, &parameters, &values);
+        // From one word to another, which may be the same.
+        let words: Vec<usize> = text.match_indices([' ', '\n', ',']).map(|(at, _)| at).collect();
+        let [one, other] = [at, end].map(|index| *index.get(&words));
+        let near = one.max(other).min(one.min(other) + 30);
+        text.replace_range(one.min(other)..near, piece);
+
+        let read = ModelFile::parse("model.toml", &text).and_then(|file| {
+            let structure = file.complete_structure()?;
+            let parameters = file.parameters(structure.parameters())?;
+            Ok((structure, parameters))
+        });
+        match read {
+            Ok((structure, parameters)) => {
+                prop_assert!(parameters.iter().all(|p| (p.low..=p.high).contains(&p.start)));
+                let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+                let again = ModelFile::to_toml(&structure, &parameters, &values);
+                let file = ModelFile::parse("again.toml", &again).unwrap();
+                prop_assert_eq!(file.complete_structure().unwrap(), structure.clone());
+                prop_assert_eq!(file.parameters(structure.parameters()).unwrap(), parameters);
+            }
+            Err(error) => {
+                let message = error.to_string();
+                let located = message.starts_with("model.toml, line ") || message.contains("no [structure]");
+                prop_assert!(located && error.exit_code() == 2, "{} in {}", message, text);
+                prop_assert!(!message.contains(char::is_control), "{}", message);
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use super::column::Measured;
 use super::table::{self, Table};
 use super::unit::Quantity;
-use super::{Channel, Record, Series, csv, file, usual_full_scale};
+use super::{Channel, Record, Series, file, usual_full_scale};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -29,15 +29,15 @@ impl FlowCurve {
     /// A file that cannot be read as such a table; openings that do not rise strictly; weights that are negative or
     /// all zero.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        Self::of(&read(path.as_ref())?)
+        Self::of(&of_one_length(file::read(path.as_ref())?)?)
     }
 
-    /// [`FlowCurve::read`] from the text of the file called `path`.
+    /// [`FlowCurve::read`] from the content of the file called `path`.
     ///
     /// # Errors
     /// As [`FlowCurve::read`], but for those of reading the file.
-    pub fn parse(path: &str, text: &str) -> Result<Self> {
-        Self::of(&csv::parse(path, text)?)
+    pub fn parse(path: &str, content: impl AsRef<[u8]>) -> Result<Self> {
+        Self::of(&of_one_length(file::parse(path, content.as_ref())?)?)
     }
 
     fn of(table: &Table) -> Result<Self> {
@@ -73,15 +73,15 @@ impl AreaCurve {
     /// # Errors
     /// A file that cannot be read as such a table; openings that do not rise strictly; a negative area.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        Self::of(&read(path.as_ref())?)
+        Self::of(&of_one_length(file::read(path.as_ref())?)?)
     }
 
-    /// [`AreaCurve::read`] from the text of the file called `path`.
+    /// [`AreaCurve::read`] from the content of the file called `path`.
     ///
     /// # Errors
     /// As [`AreaCurve::read`], but for those of reading the file.
-    pub fn parse(path: &str, text: &str) -> Result<Self> {
-        Self::of(&csv::parse(path, text)?)
+    pub fn parse(path: &str, content: impl AsRef<[u8]>) -> Result<Self> {
+        Self::of(&of_one_length(file::parse(path, content.as_ref())?)?)
     }
 
     fn of(table: &Table) -> Result<Self> {
@@ -137,15 +137,15 @@ impl ResponseCurve {
     /// A file that cannot be read as such a table; a frequency that is not positive; an amplitude outside 0 to 100 %;
     /// weights that are negative or all zero.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        Self::of(&read(path.as_ref())?)
+        Self::of(&of_one_length(file::read(path.as_ref())?)?)
     }
 
-    /// [`ResponseCurve::read`] from the text of the file called `path`.
+    /// [`ResponseCurve::read`] from the content of the file called `path`.
     ///
     /// # Errors
     /// As [`ResponseCurve::read`], but for those of reading the file.
-    pub fn parse(path: &str, text: &str) -> Result<Self> {
-        Self::of(&csv::parse(path, text)?)
+    pub fn parse(path: &str, content: impl AsRef<[u8]>) -> Result<Self> {
+        Self::of(&of_one_length(file::parse(path, content.as_ref())?)?)
     }
 
     fn of(table: &Table) -> Result<Self> {
@@ -214,15 +214,15 @@ impl StepCurve {
     /// # Errors
     /// A file that cannot be read as such a table; times that do not rise strictly.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        Self::of(&read(path.as_ref())?)
+        Self::of(&of_one_length(file::read(path.as_ref())?)?)
     }
 
-    /// [`StepCurve::read`] from the text of the file called `path`.
+    /// [`StepCurve::read`] from the content of the file called `path`.
     ///
     /// # Errors
     /// As [`StepCurve::read`], but for those of reading the file.
-    pub fn parse(path: &str, text: &str) -> Result<Self> {
-        Self::of(&csv::parse(path, text)?)
+    pub fn parse(path: &str, content: impl AsRef<[u8]>) -> Result<Self> {
+        Self::of(&of_one_length(file::parse(path, content.as_ref())?)?)
     }
 
     fn of(table: &Table) -> Result<Self> {
@@ -279,9 +279,11 @@ impl StepCurve {
     }
 }
 
-/// The table in a file, whose columns are of one length.
-fn read(path: &Path) -> Result<Table> {
-    let table = file::read(path)?;
+/// A table whose columns are of one length.
+///
+/// # Errors
+/// They are not.
+fn of_one_length(table: Table) -> Result<Table> {
     table.check_lengths(0..table.columns.len())?;
     Ok(table)
 }

@@ -2,32 +2,33 @@
 
 use super::table::Table;
 use super::{csv, mat};
-use crate::{Error, Result};
-use std::fs::File;
-use std::io::{BufRead, BufReader};
+use crate::{Result, input};
 use std::path::Path;
 
-/// The columns of the file at `path`, which is a MAT file if it begins or is called so, and CSV otherwise.
+/// Longest file that is read, in bytes.
+const LONGEST: u64 = 256 << 20;
+
+/// The columns of the file at `path`.
 ///
 /// # Errors
-/// A file that is missing or unreadable, and all that [`csv::parse`] and [`mat::parse`] refuse.
+/// A file that is missing, unreadable or longer than 256 MiB, and all that [`parse`] refuses.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let shown = path.display().to_string();
-    let unreadable = |error: std::io::Error| {
-        Error::input(
-            &shown,
-            format!("cannot be read: {error}"),
-            "check the path and that it is a readable file",
-        )
-    };
-    let mut reader = BufReader::new(File::open(path).map_err(unreadable)?);
-    let named_mat = path
+    let shorter = "save only the record's columns, or fewer samples";
+    let bytes = input::bytes(path, LONGEST, shorter)?;
+    parse(&path.display().to_string(), &bytes)
+}
+
+/// The columns in `bytes`, the content of the file called `path`, which is a MAT file if it begins or is called so, and
+/// CSV otherwise.
+///
+/// # Errors
+/// All that [`csv::parse`] and [`mat::parse`] refuse.
+pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
+    let named_mat = Path::new(path)
         .extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("mat"));
-    if named_mat || mat::is_mat(reader.fill_buf().map_err(unreadable)?) {
-        mat::parse(&shown, &mat::bytes_of(&shown, reader, unreadable)?)
-    } else {
-        let bytes = csv::lines_of(&shown, &mut reader, unreadable)?;
-        csv::decode(&shown, bytes)
+    match named_mat || mat::is_mat(bytes) {
+        true => mat::parse(path, bytes),
+        false => csv::parse(path, bytes),
     }
 }

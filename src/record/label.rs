@@ -18,7 +18,7 @@ impl Label {
     /// What stands in brackets is a unit. What stands in parentheses or behind a slash is one only if it is a known unit:
     /// `spool (filtered)` and `dx/dt` are names.
     pub(super) fn parse(text: &str) -> Self {
-        let text = text.trim();
+        let text = &visible(text.trim());
         let (name, unit) = bracketed(text)
             .or_else(|| parenthesised(text))
             .or_else(|| behind_slash(text))
@@ -48,6 +48,16 @@ impl Label {
             _ => 0,
         }
     }
+}
+
+/// `text` without characters that would move a terminal's cursor, or worse.
+pub(super) fn visible(text: &str) -> String {
+    let shown = |c: char| match c {
+        '\t' => ' ',
+        c if c.is_control() => char::REPLACEMENT_CHARACTER,
+        c => c,
+    };
+    text.chars().map(shown).collect()
 }
 
 /// The unit that a cell of a row of units holds: `s`, `[s]` or `(s)`.

@@ -2,7 +2,7 @@
 
 use super::Record;
 use super::channel::Channel;
-use super::label::Label;
+use super::label::{Label, visible};
 use super::table::Table;
 use super::unit::{Quantity, Unit};
 use crate::{Error, Result};
@@ -81,7 +81,7 @@ impl FromStr for Mapping {
             ))
         })?;
         Ok(Self {
-            column: column.into(),
+            column: visible(column),
             target,
             unit: target.quantity().unit(label.unit.as_deref(), &place)?,
         })

@@ -18,17 +18,25 @@ pub use channel::Channel;
 pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
 pub use format::{Dialect, Format};
 pub use mapping::{Mapping, check_mappings};
+pub(crate) use table::quoted;
 pub use unit::{Quantity, Unit};
 
 use crate::{Error, Result};
 use column::Measured;
 use mapping::{Sources, Target};
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use table::Table;
 
 /// The share of each record that is held out where no other record is.
 pub const HOLD_OUT: f64 = 0.30;
+
+/// Largest values of a channel that can have been measured, in the unit that is kept.
+const MEASURED: RangeInclusive<f64> = 1e-12..=1e12;
+
+/// How many times longer than its rows at their usual interval a record may last.
+const LONGEST_PAUSES: f64 = 100.0;
 
 /// The values of one channel in one unit, which is V, mA, %, mm, 1, L/min, bar or degC.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,18 +148,19 @@ impl Record {
     /// response is accepted here; see [`Record::check_excited`] and [`Record::check_response`].
     ///
     /// # Errors
-    /// A file that cannot be read as such a table; a column that is missing, there twice or in an unknown unit; a
+    /// A file that cannot be read as such a table, or is too large to be a record: 256 MiB, 16 million numbers, 10 000 columns;
+    /// a column that is missing, there twice or in an unknown unit; a
     /// cell that is no finite number; columns of unequal length; fewer than two samples; times that do not rise strictly.
     pub fn read(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Self> {
         Self::of(&file::read(path.as_ref())?, mappings)
     }
 
-    /// [`Record::read`] from the text of the CSV file called `path`.
+    /// [`Record::read`] from the content of the file called `path`.
     ///
     /// # Errors
     /// As [`Record::read`], but for those of reading the file.
-    pub fn parse(path: &str, text: &str, mappings: &[Mapping]) -> Result<Self> {
-        Self::of(&csv::parse(path, text)?, mappings)
+    pub fn parse(path: &str, content: impl AsRef<[u8]>, mappings: &[Mapping]) -> Result<Self> {
+        Self::of(&file::parse(path, content.as_ref())?, mappings)
     }
 
     /// The channels of a table.
@@ -228,7 +237,8 @@ impl Record {
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = self.warnings.clone();
         if !self.ignored.is_empty() {
-            remarks.push(format!("ignored the columns {}", self.ignored.join(", ")));
+            let names = self.ignored.iter().map(String::as_str);
+            remarks.push(format!("ignored the columns {}", table::listed(names)));
         }
         remarks
             .iter()
@@ -282,9 +292,12 @@ impl Record {
     /// the record has one. Whoever identifies calls it.
     ///
     /// # Errors
-    /// The command is constant.
+    /// The command is constant, or so large or small that no valve has it. The record pauses for far longer than it
+    /// lasts: a model runs through every pause in steps of the usual interval.
     pub fn check_excited(&self) -> Result<()> {
         let command = self.command();
+        self.check_size(Channel::Command, command)?;
+        self.check_pauses()?;
         if command
             .values
             .iter()
@@ -307,26 +320,64 @@ impl Record {
     /// Reading does not ask for this: a simulation needs the command alone. Whoever identifies calls it.
     ///
     /// # Errors
-    /// None of [`Channel::RESPONSES`] is there.
+    /// None of [`Channel::RESPONSES`] is there, or one is so large or small that no valve has it.
     pub fn check_response(&self) -> Result<()> {
-        if Channel::RESPONSES
-            .iter()
-            .any(|&channel| self.get(channel).is_some())
-        {
-            return Ok(());
+        let responses = self
+            .channels()
+            .filter(|(channel, _)| Channel::RESPONSES.contains(channel));
+        let mut checked = responses
+            .map(|(channel, series)| self.check_size(channel, series))
+            .peekable();
+        if checked.peek().is_some() {
+            return checked.collect();
         }
         let present = self.channels().map(|(channel, _)| channel.name());
-        let present: Vec<&str> = present
-            .chain(self.ignored.iter().map(String::as_str))
-            .collect();
+        let present = present.chain(self.ignored.iter().map(String::as_str));
         Err(Error::input(
             &self.path,
             format!(
-                "has no column \"spool [%]\", \"flow [L/min]\" or \"position [mm]\", only time and {}",
-                present.join(", ")
+                "has no column \"spool [%]\", \"flow [L/min]\" or \"position [mm]\", only \"time\", {}",
+                table::listed(present)
             ),
             "rename the column that holds one of them or add --map \"COLUMN=spool [UNIT]\"",
         ))
+    }
+
+    /// Refuses a record that lasts far longer than its rows at their usual interval would.
+    fn check_pauses(&self) -> Result<()> {
+        let steps = intervals(&self.time);
+        let usual = median(&steps);
+        let length = self.time[self.samples() - 1] - self.time[0];
+        if length <= LONGEST_PAUSES * usual * steps.len() as f64 {
+            return Ok(());
+        }
+        let longest = (0..steps.len()).max_by(|&a, &b| steps[a].total_cmp(&steps[b]));
+        let row = longest.expect("two rows have an interval");
+        Err(Error::input(
+            format!("{}, sample {}", self.path, row + 1),
+            format!(
+                "{:.3e} s pass until the next, {:.1e} times what is usual",
+                steps[row],
+                steps[row] / usual
+            ),
+            "cut the file there, and give its parts as records of their own",
+        ))
+    }
+
+    /// Refuses values whose squares a search in `f32` cannot hold.
+    fn check_size(&self, channel: Channel, series: &Series) -> Result<()> {
+        let largest = series.max_abs();
+        match largest == 0.0 || MEASURED.contains(&largest) {
+            true => Ok(()),
+            false => Err(Error::input(
+                format!("{}, column \"{channel} [{}]\"", self.path, series.unit),
+                format!(
+                    "has {largest:e} {} as its largest value: no valve has that",
+                    series.unit
+                ),
+                "correct the value, or the unit of the column",
+            )),
+        }
     }
 
     /// The record as CSV: what [`Record::read`] reads back to the same values.
@@ -379,9 +430,7 @@ fn usual_full_scale(unit: &str) -> Option<f64> {
 
 /// Times in s that look as if they were in another unit.
 fn time_warnings(time: &[f64]) -> Vec<String> {
-    let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle = steps.len() / 2;
-    let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let step = median(&intervals(time));
     let length = time[time.len() - 1] - time[0];
     let mut warnings = Vec::new();
     if step > 10.0 {
@@ -395,4 +444,15 @@ fn time_warnings(time: &[f64]) -> Vec<String> {
         ));
     }
     warnings
+}
+
+fn intervals(time: &[f64]) -> Vec<f64> {
+    time.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+/// The upper median of `values`, of which there is one at least.
+fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -7,6 +7,9 @@ use super::unit::{Quantity, Unit};
 use crate::{Error, Result};
 use std::path::Path;
 
+/// Most columns that a table may have: no record has as many.
+pub(super) const WIDEST: usize = 10_000;
+
 /// The stem of a path's file name: what a record or curve is called.
 pub(super) fn stem(path: &str) -> String {
     Path::new(path)
@@ -60,31 +63,21 @@ impl Table {
         quoted(&self.columns[column].label.text)
     }
 
-    /// The columns in the file, for an error that misses one.
-    fn present(&self) -> String {
-        const MOST: usize = 20;
-        let shown = (0..self.columns.len()).map(|column| self.shown(column));
-        let mut present: Vec<String> = shown.take(MOST).collect();
-        if self.columns.len() > MOST {
-            present.push(format!("and {} more", self.columns.len() - MOST));
-        }
-        present.join(", ")
-    }
-
     /// The error that column `wanted` is not there. It may be in what the file hides.
     pub(super) fn missing(&self, wanted: &str, remedy: &str) -> Error {
         let hiding = |other: &&Other| other.remedy.is_some();
         if let Some(other) = self.others.iter().find(hiding) {
-            let (name, what) = (&other.name, &other.what);
+            let (name, what) = (quoted(&other.name), &other.what);
             return Error::input(
-                format!("{}, variable {name:?}", self.path),
+                format!("{}, variable {name}", self.path),
                 format!("is {what}, and no column {wanted} is beside it"),
                 other.remedy.as_deref().unwrap_or(remedy),
             );
         }
+        let names = self.columns.iter().map(|column| column.label.text.as_str());
         Error::input(
             &self.path,
-            format!("has no column {wanted}, only {}", self.present()),
+            format!("has no column {wanted}, only {}", listed(names)),
             remedy,
         )
     }
@@ -153,12 +146,13 @@ impl Table {
         let mut values: Vec<Option<f64>> = Vec::with_capacity(column.values.len());
         let mut odd = column.odd.iter().peekable();
         for (row, &value) in column.values.iter().enumerate() {
-            let odd = odd.next_if(|(at, _)| *at == row).map(|(_, odd)| odd);
+            let odd = odd.next_if(|(at, _)| *at == row).map(|&(_, odd)| odd);
+            let written = &column.first_odd;
             let converted = unit.convert(value);
             values.push(match odd {
                 Some(Odd::Empty) => None,
-                Some(Odd::Text(text)) => return Err(self.not_a_number(row, index, text)),
-                Some(Odd::NotFinite(text)) => return Err(self.not_finite(row, index, text)),
+                Some(Odd::Text) => return Err(self.not_a_number(row, index, written)),
+                Some(Odd::NotFinite) => return Err(self.not_finite(row, index, written)),
                 None if !converted.is_finite() => {
                     return Err(self.not_finite(row, index, &format!("{value:?}")));
                 }
@@ -274,7 +268,7 @@ impl Table {
             None => Ok(()),
             Some(row) => Err(Error::input(
                 self.place(row, column.index),
-                format!("{} {} {problem}", column.values[row], column.unit),
+                format!("{}{} {problem}", column.values[row], column.shown_unit()),
                 remedy,
             )),
         }
@@ -323,12 +317,24 @@ pub(super) fn check_rising(
 }
 
 /// `text` in quotes, on one line and short.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     const LONGEST: usize = 40;
     match text.char_indices().nth(LONGEST) {
         None => format!("{text:?}"),
         Some((end, _)) => format!("{:?}...", &text[..end]),
     }
+}
+
+/// The first of `names`, each [`quoted`].
+pub(super) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    const MOST: usize = 20;
+    let mut names = names.into_iter();
+    let mut shown: Vec<String> = names.by_ref().take(MOST).map(quoted).collect();
+    match names.count() {
+        0 => {}
+        more => shown.push(format!("and {more} more")),
+    }
+    shown.join(", ")
 }
 
 /// `1 row`, `2 rows`.

@@ -1,5 +1,6 @@
 //! Units, and the one unit that each quantity is kept in.
 
+use super::table::quoted;
 use crate::{Error, Result};
 use std::fmt::Display;
 
@@ -218,7 +219,7 @@ impl Quantity {
             None => "has no unit".to_string(),
             Some(text) => match self.units().find(|unit| unit.is_spelt(text)) {
                 Some(unit) => return Ok(unit),
-                None => format!("unit {text:?} is not known here"),
+                None => format!("unit {} is not known here", quoted(text)),
             },
         };
         let known: Vec<&str> = self.units().map(|unit| unit.spellings[0]).collect();

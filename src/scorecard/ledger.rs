@@ -2,7 +2,7 @@
 
 use super::case::{COVERED, Row};
 use super::plan::Group;
-use crate::{Error, Result};
+use crate::{Error, Result, input};
 use std::collections::HashSet;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 
 /// Changes with the cases that a seed stands for: a file of another edition is not gone on with.
 const EDITION: u32 = 1;
+
+/// Longest file that is read, in bytes: hundreds of thousands of lines.
+const LONGEST: u64 = 64 << 20;
 
 /// Rows that are done, and the file in which they lie.
 #[derive(Debug)]
@@ -47,7 +50,7 @@ impl Ledger {
             .create(true)
             .open(path)
             .map_err(wrong)?;
-        let text = std::fs::read_to_string(path).map_err(wrong)?;
+        let text = input::text(path, LONGEST, "give the name of a new file")?;
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let rows = match text.is_empty() {
             true => Vec::new(),

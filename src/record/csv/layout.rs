@@ -15,8 +15,11 @@ use std::collections::BTreeMap;
 /// A line of the file with its number, from 1.
 pub(super) type Line<'a> = (usize, &'a str);
 
-/// Lines that are looked at: the delimiter shows long before.
-const LINES: usize = 1000;
+/// Longest line that is read, in bytes.
+const LONGEST_LINE: usize = 1 << 20;
+
+/// Lines that are looked at, and about how many bytes of them: the delimiter shows long before.
+const LINES: (usize, usize) = (1000, 4 << 20);
 
 /// What was found; lines are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,8 +111,8 @@ struct Reading {
 impl Reading {
     /// The best with this delimiter; `None` where no line is a sample.
     fn with(delimiter: char, lines: &[Line<'_>]) -> Option<Self> {
-        let looked_at = lines.iter().take(LINES);
-        let cuts: Vec<Cut> = looked_at
+        let cuts: Vec<Cut> = lines
+            .iter()
             .map(|(_, line)| Cut::of(line, delimiter))
             .collect();
         let mut alike = BTreeMap::new();
@@ -156,7 +159,33 @@ impl Reading {
     }
 }
 
-/// The layout of the file called `path`, of which `lines` are those that are not blank and no comment: one at least.
+/// The first of `lines`, from which the layout shows.
+///
+/// # Errors
+/// One of all lines is over 1 MiB.
+pub(super) fn first_lines<'a>(
+    path: &str,
+    lines: impl Iterator<Item = Line<'a>>,
+) -> Result<Vec<Line<'a>>> {
+    let mut bytes = 0;
+    let mut first = Vec::new();
+    for (row, line) in lines {
+        if line.len() > LONGEST_LINE {
+            return Err(Error::input(
+                format!("{path}, row {row}"),
+                "is longer than 1 MiB",
+                "give a CSV file with one sample a line",
+            ));
+        }
+        if first.len() < LINES.0 && bytes < LINES.1 {
+            bytes += line.len();
+            first.push((row, line));
+        }
+    }
+    Ok(first)
+}
+
+/// The layout of the file called `path`, which begins with `lines`: one at least.
 ///
 /// # Errors
 /// Two delimiters do as well; numbers without a header; two tables.
@@ -191,9 +220,16 @@ pub(super) fn layout(path: &str, lines: &[Line<'_>]) -> Result<Layout> {
             "separate cells by semicolons or tabs, and use these nowhere else",
         ));
     }
-    let layout = best
-        .layout()
-        .ok_or_else(|| without_header(path, lines[best.first].0))?;
+    let layout = best.layout().ok_or_else(|| {
+        let above = &lines[..best.first];
+        match above
+            .iter()
+            .rfind(|(_, line)| split(line, best.delimiter).is_none())
+        {
+            Some(&(row, _)) => broken_quote(path, row),
+            None => without_header(path, lines[best.first].0),
+        }
+    })?;
     let mut bare = (0..layout.header).filter(|&line| best.cuts[line].bare);
     match (bare.next(), bare.next()) {
         (Some(first), Some(_)) => Err(Error::input(
@@ -230,6 +266,15 @@ fn by_the_header(path: &str, lines: &[Line<'_>]) -> Result<Layout> {
         header: 0,
         units: None,
     })
+}
+
+/// The error that a quote in row `row` does not close a cell.
+pub(super) fn broken_quote(path: &str, row: usize) -> Error {
+    Error::input(
+        format!("{path}, row {row}"),
+        "has a quote that is left open or has text behind it",
+        "quote whole cells, each within its row",
+    )
 }
 
 fn without_header(path: &str, row: usize) -> Error {

@@ -7,12 +7,10 @@ mod cells;
 mod layout;
 mod text;
 
-pub(super) use text::lines_of;
-
 use super::column::{Column, Odd};
 use super::format::{Dialect, Format};
-use super::label::{Label, unit_cell};
-use super::table::{Table, count, quoted};
+use super::label::{Label, unit_cell, visible};
+use super::table::{Table, WIDEST, count, quoted};
 use crate::{Error, Result};
 use cells::{could_be_thousands, decimal_mark, number};
 use layout::{Layout, Line, layout};
@@ -25,37 +23,36 @@ struct Row<'a> {
 
 impl<'a> Row<'a> {
     fn of(path: &str, (line, text): Line<'a>, delimiter: char) -> Result<Self> {
-        let cells = cells::split(text, delimiter).ok_or_else(|| {
-            Error::input(
+        match cells::split(text, delimiter) {
+            Some(cells) if cells.len() <= WIDEST => Ok(Self { line, cells }),
+            Some(cells) => Err(Error::input(
                 format!("{path}, row {line}"),
-                "has a quote that is left open or has text behind it",
-                "quote whole cells, each within its row",
-            )
-        })?;
-        Ok(Self { line, cells })
+                format!(
+                    "has {} cells, more than a record can have columns",
+                    cells.len()
+                ),
+                "save only the record's columns, one sample a row",
+            )),
+            None => Err(layout::broken_quote(path, line)),
+        }
     }
 }
 
-/// Reads `bytes`, the content of the file called `path`.
+/// Most numbers that are read, those of the rows included; a cell that holds none counts as [`ODD`] of them.
+const LARGEST: usize = 1 << 24;
+
+/// What a cell without a number takes beside its place, in numbers.
+const ODD: usize = 2;
+
+/// Reads `bytes`; errors name them `path`.
 ///
 /// # Errors
-/// As [`parse`], or the bytes are no text.
-pub(super) fn decode(path: &str, bytes: Vec<u8>) -> Result<Table> {
+/// Bytes that are no text; no header, no rows, a row with more or fewer cells than the header, a quote left open; two ways
+/// to read it; a line over 1 MiB, more than 10 000 columns, more than 16 million numbers.
+pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     let (text, encoding) = text::decoded(path, bytes)?;
-    table(path, &text, encoding)
-}
-
-/// Reads `text`; errors name it `path`.
-///
-/// # Errors
-/// No header, no rows, a row with more or fewer cells than the header, a quote left open; two ways to read it.
-pub(super) fn parse(path: &str, text: &str) -> Result<Table> {
-    table(path, text, "UTF-8")
-}
-
-fn table(path: &str, text: &str, encoding: &'static str) -> Result<Table> {
-    let lines = lines(text);
-    if lines.is_empty() {
+    let first = layout::first_lines(path, lines(&text))?;
+    if first.is_empty() {
         return Err(Error::input(
             path,
             "is empty",
@@ -66,33 +63,44 @@ fn table(path: &str, text: &str, encoding: &'static str) -> Result<Table> {
         delimiter,
         header,
         units,
-    } = layout(path, &lines)?;
-    let row = |index: usize| Row::of(path, lines[index], delimiter);
-    let mut names = row(header)?.cells;
-    let units = units.map(row).transpose()?;
-    let first = 1 + units.as_ref().map_or(header, |_| header + 1);
-    let rows: Result<Vec<Row>> = (first..lines.len()).map(row).collect();
-    let rows = same_width(path, &mut names, rows?)?;
+    } = layout(path, &first)?;
+    let row = |line| Row::of(path, line, delimiter);
+    let mut names = row(first[header])?.cells;
+    let units = units.map(|units| row(first[units])).transpose()?;
+    let above = 1 + units.as_ref().map_or(header, |_| header + 1);
+    let body = lines(&text).skip(above);
+    let Survey { rows, decimal } = survey(path, &mut names, delimiter, body.clone())?;
 
-    let decimal = decimal(path, delimiter, &names, &rows)?;
+    let header_row = first[header].0;
     let mut columns = Vec::with_capacity(names.len());
     for (index, name) in names.iter().enumerate() {
         let below = units.as_ref().and_then(|row| row.cells.get(index));
-        let place = || {
-            let row = lines[header].0;
-            format!("{path}, row {row}, column {}", quoted(name))
-        };
-        columns.push(Column::new(label(name, below.map(|cell| &**cell), place)?));
+        let place = || format!("{path}, row {header_row}, column {}", quoted(name));
+        let label = label(name, below.map(|cell| &**cell), place)?;
+        columns.push(Column::new(label, rows));
     }
-    for row in &rows {
-        for (column, cell) in columns.iter_mut().zip(&row.cells) {
+    let mut taken = numbers(rows, names.len());
+    let mut line_of = Vec::with_capacity(rows);
+    for line in body.take(rows) {
+        let Row { line, cells } = row(line)?;
+        line_of.push(line);
+        for (column, cell) in columns.iter_mut().zip(&cells) {
             match number(cell, decimal) {
                 Some(value) if value.is_finite() => column.values.push(value),
-                Some(_) => column.push_odd(Odd::NotFinite(cell.to_string())),
-                None if cell.is_empty() => column.push_odd(Odd::Empty),
-                None => column.push_odd(Odd::Text(cell.to_string())),
+                not_finite => {
+                    taken += ODD;
+                    column.push_odd(
+                        match not_finite {
+                            Some(_) => Odd::NotFinite,
+                            None if cell.is_empty() => Odd::Empty,
+                            None => Odd::Text,
+                        },
+                        cell,
+                    );
+                }
             }
         }
+        check_size(path, line, taken)?;
     }
     Ok(Table {
         path: path.into(),
@@ -100,17 +108,17 @@ fn table(path: &str, text: &str, encoding: &'static str) -> Result<Table> {
             encoding,
             delimiter,
             decimal,
-            header_row: lines[header].0,
+            header_row,
             unit_row: units.map(|row| row.line),
         }),
-        lines: rows.iter().map(|row| row.line).collect(),
+        lines: line_of,
         columns,
         others: Vec::new(),
     })
 }
 
 /// The lines that are not blank, no comment and no rule such as `-----`.
-fn lines(text: &str) -> Vec<Line<'_>> {
+fn lines(text: &str) -> impl Iterator<Item = Line<'_>> + Clone {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let line_end = if text.contains('\n') { '\n' } else { '\r' };
     let is_rule = |line: &str| {
@@ -119,85 +127,139 @@ fn lines(text: &str) -> Vec<Line<'_>> {
     text.split(line_end)
         .enumerate()
         .map(|(index, line)| (index + 1, line.trim_end_matches('\r')))
-        .filter(|(_, line)| {
+        .filter(move |(_, line)| {
             !line.trim().is_empty() && !line.trim_start().starts_with('#') && !is_rule(line)
         })
-        .collect()
 }
 
-/// The rows, without what spreadsheets leave below the data and a delimiter behind each row or behind the header alone.
-fn same_width<'a>(
+/// How many numbers so many rows of so many columns take.
+fn numbers(rows: usize, columns: usize) -> usize {
+    rows.saturating_mul(columns + 1)
+}
+
+/// Refuses a file of which `taken` numbers are read up to line `line`, if they are too many.
+fn check_size(path: &str, line: usize, taken: usize) -> Result<()> {
+    match taken > LARGEST {
+        false => Ok(()),
+        true => Err(Error::input(
+            format!("{path}, row {line}"),
+            format!("is beyond {} million cells", LARGEST / 1_000_000),
+            "save only the record's columns, or fewer samples",
+        )),
+    }
+}
+
+/// What has to be known of the rows before they are read.
+struct Survey {
+    /// How many there are, without what spreadsheets leave below the data.
+    rows: usize,
+    decimal: char,
+}
+
+/// Looks through all rows, which must be as wide as the header: a delimiter behind each row or behind the header alone is
+/// no cell.
+fn survey<'a>(
     path: &str,
     names: &mut Vec<Cow<'_, str>>,
-    mut rows: Vec<Row<'a>>,
-) -> Result<Vec<Row<'a>>> {
-    while rows
-        .pop_if(|row| row.cells.iter().all(|cell| cell.is_empty()))
-        .is_some()
-    {}
-    let Some(first) = rows.first() else {
-        return Err(Error::input(
-            path,
-            "has a header but no rows",
-            "put the samples below the header, one a row",
-        ));
-    };
-    if names.len() == first.cells.len() + 1 {
-        names.pop_if(|name| name.is_empty());
-    }
-    for row in &mut rows {
-        if row.cells.len() == names.len() + 1 {
-            row.cells.pop_if(|cell| cell.is_empty());
+    delimiter: char,
+    lines: impl Iterator<Item = Line<'a>>,
+) -> Result<Survey> {
+    let mut rows = 0;
+    let mut marks = Marks::default();
+    let mut wrong = Ok(());
+    for (index, line) in lines.enumerate() {
+        let Row { line, mut cells } = Row::of(path, line, delimiter)?;
+        if index == 0 && names.len() == cells.len() + 1 {
+            names.pop_if(|name| name.is_empty());
         }
-        if row.cells.len() != names.len() {
-            return Err(Error::input(
-                format!("{path}, row {}", row.line),
+        if cells.len() == names.len() + 1 {
+            cells.pop_if(|cell| cell.is_empty());
+        }
+        if cells.len() != names.len() && wrong.is_ok() {
+            wrong = Err(Error::input(
+                format!("{path}, row {line}"),
                 format!(
                     "has {} where the header has {}",
-                    count(row.cells.len(), "cell"),
+                    count(cells.len(), "cell"),
                     count(names.len(), "column")
                 ),
                 "give every row one cell a column; with decimal commas, separate cells by semicolons",
             ));
         }
+        if cells.iter().all(|cell| cell.is_empty()) {
+            continue;
+        }
+        wrong?;
+        wrong = Ok(());
+        rows = index + 1;
+        check_size(path, line, numbers(rows, names.len()))?;
+        if delimiter != ',' {
+            marks.look(line, &cells);
+        }
     }
-    Ok(rows)
+    match rows {
+        0 => Err(Error::input(
+            path,
+            "has a header but no rows",
+            "put the samples below the header, one a row",
+        )),
+        _ => Ok(Survey {
+            rows,
+            decimal: marks.decimal(path, names)?,
+        }),
+    }
 }
 
-/// The decimal mark of the first cell that has one.
-///
-/// # Errors
-/// A comma that could as well stand between thousands, wherever there is one.
-fn decimal(path: &str, delimiter: char, names: &[Cow<'_, str>], rows: &[Row<'_>]) -> Result<char> {
-    if delimiter == ',' {
-        return Ok('.');
+/// What the cells so far say of the decimal mark.
+#[derive(Default)]
+struct Marks {
+    /// That of the first cell that has one.
+    first: Option<char>,
+    /// Whether a comma was found that cannot stand between thousands.
+    decimal_comma: bool,
+    /// Row, column and content of the first cell whose comma can.
+    doubtful: Option<(usize, usize, String)>,
+}
+
+impl Marks {
+    fn look(&mut self, line: usize, cells: &[Cow<'_, str>]) {
+        for (column, cell) in cells.iter().enumerate() {
+            if self.first == Some('.') || self.decimal_comma {
+                return;
+            }
+            let mark = decimal_mark(cell);
+            self.first = self.first.or(mark);
+            match mark {
+                Some(',') if self.first != Some(',') => {}
+                Some(',') if could_be_thousands(cell) => {
+                    self.doubtful
+                        .get_or_insert_with(|| (line, column, cell.to_string()));
+                }
+                Some(',') => self.decimal_comma = true,
+                _ => {}
+            }
+        }
     }
-    let cells = || {
-        rows.iter()
-            .flat_map(|row| row.cells.iter().enumerate().map(move |cell| (row, cell)))
-    };
-    let marked = |cell: &str| decimal_mark(cell) == Some(',');
-    match cells().find_map(|(_, (_, cell))| decimal_mark(cell)) {
-        Some(',') => {}
-        mark => return Ok(mark.unwrap_or('.')),
+
+    /// The decimal mark: a point where there is none.
+    ///
+    /// # Errors
+    /// A comma that could as well stand between thousands, wherever there is one.
+    fn decimal(self, path: &str, names: &[Cow<'_, str>]) -> Result<char> {
+        match self.doubtful {
+            _ if self.decimal_comma => Ok(','),
+            None => Ok('.'),
+            Some((line, column, cell)) => Err(Error::input(
+                format!("{path}, row {line}, column {}", quoted(&names[column])),
+                format!(
+                    "{cell:?} can be {} and {}, and no other cell tells which",
+                    cell.replace(',', "."),
+                    cell.replace(',', "")
+                ),
+                "write decimals with a point, and thousands without a mark",
+            )),
+        }
     }
-    if cells().any(|(_, (_, cell))| marked(cell) && !could_be_thousands(cell)) {
-        return Ok(',');
-    }
-    let (row, (column, cell)) = cells()
-        .find(|(_, (_, cell))| marked(cell))
-        .expect("the first mark is such a cell");
-    let name = quoted(&names[column]);
-    Err(Error::input(
-        format!("{path}, row {}, column {name}", row.line),
-        format!(
-            "{:?} can be {} and {}, and no other cell tells which",
-            *cell,
-            cell.replace(',', "."),
-            cell.replace(',', "")
-        ),
-        "write decimals with a point, and thousands without a mark",
-    ))
 }
 
 /// The label of a column with a name and perhaps a cell below it in the row of units.
@@ -210,11 +272,15 @@ fn label(name: &str, below: Option<&str>, place: impl Fn() -> String) -> Result<
     match (&label.unit, below) {
         (Some(one), Some(other)) if one != other => Err(Error::input(
             place(),
-            format!("has the unit {one:?}, but {other:?} in the row of units"),
+            format!(
+                "has the unit {}, but {} in the row of units",
+                quoted(one),
+                quoted(other)
+            ),
             "keep one of the two",
         )),
         (None, Some(unit)) => {
-            label.unit = Some(unit.into());
+            label.unit = Some(visible(unit));
             Ok(label)
         }
         _ => Ok(label),

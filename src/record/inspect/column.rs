@@ -34,7 +34,7 @@ pub struct Values {
 
 impl Values {
     pub(super) fn of(column: &Column) -> Self {
-        let count = |wanted: fn(&Odd) -> bool| column.odd.iter().filter(|(_, o)| wanted(o)).count();
+        let count = |wanted: Odd| column.odd.iter().filter(|(_, odd)| *odd == wanted).count();
         let numbers: Vec<f64> = column
             .values
             .iter()
@@ -48,9 +48,9 @@ impl Values {
             rows: column.values.len(),
             min: levels.first().copied(),
             max: levels.last().copied(),
-            empty: count(|odd| matches!(odd, Odd::Empty)),
-            text: count(|odd| matches!(odd, Odd::Text(_))),
-            not_finite: count(|odd| matches!(odd, Odd::NotFinite(_))),
+            empty: count(Odd::Empty),
+            text: count(Odd::Text),
+            not_finite: count(Odd::NotFinite),
             step: step(&levels),
             clipped: match levels[..] {
                 [min, low, .., high, max] if levels.len() > LEVELS => {

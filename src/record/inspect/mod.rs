@@ -74,6 +74,14 @@ pub struct Inspected {
 }
 
 impl Inspection {
+    /// [`inspect`] of the content of the file called `path`.
+    ///
+    /// # Errors
+    /// As [`inspect`], but for those of reading the file.
+    pub fn parse(path: &str, content: impl AsRef<[u8]>, mappings: &[Mapping]) -> Result<Self> {
+        Ok(of(&file::parse(path, content.as_ref())?, mappings))
+    }
+
     /// Whether the file gives a record for `identify` with the mappings that were given.
     pub fn is_ready(&self) -> bool {
         self.problem.is_none()

@@ -6,9 +6,9 @@
 use super::value::{Fields, Value};
 use crate::record::Channel;
 use crate::record::column::Column;
-use crate::record::label::Label;
+use crate::record::label::{Label, visible};
 use crate::record::table::Other;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// A wider matrix is no record.
 const WIDEST: usize = 1000;
@@ -25,28 +25,13 @@ impl Gathered {
     pub(super) fn of(variables: &Fields) -> Self {
         let mut gathered = Self::default();
         gathered.group("", variables);
-        let mut once: Vec<Column> = Vec::new();
-        for column in gathered.columns {
-            let is_time = column.label.name == "time";
-            let same = |other: &Column| {
-                other.label.name == "time"
-                    && other.label.unit == column.label.unit
-                    && other.odd == column.odd
-                    && other.values.len() == column.values.len()
-                    && other
-                        .values
-                        .iter()
-                        .zip(&column.values)
-                        .all(|(one, other)| one.to_bits() == other.to_bits())
-            };
-            if !(is_time && once.iter().any(same)) {
-                once.push(column);
-            }
-        }
-        Self {
-            columns: once,
-            others: gathered.others,
-        }
+        let mut times = HashSet::new();
+        gathered.columns.retain(|column| {
+            let values = column.values.iter().map(|value| value.to_bits());
+            column.label.name != "time"
+                || times.insert((column.label.unit.clone(), values.collect::<Vec<u64>>()))
+        });
+        gathered
     }
 
     /// The fields of the struct at `path`, or all variables.
@@ -168,7 +153,7 @@ impl Gathered {
     ) {
         let mut column = |path: &str, name: &str, values: Vec<f64>| {
             let mut label = Label::at(path, name);
-            label.unit = label.unit.or_else(|| unit.map(str::to_owned));
+            label.unit = label.unit.or_else(|| unit.map(visible));
             self.columns.push(Column::of(label, values));
         };
         let sizes: Vec<usize> = sizes.iter().copied().filter(|&size| size != 1).collect();

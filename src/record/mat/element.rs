@@ -5,8 +5,8 @@
 use flate2::read::ZlibDecoder;
 use std::io::Read;
 
-/// Most bytes that a file's content may take in memory, inflated and as numbers.
-const MEMORY: usize = 512 << 20;
+/// Most bytes that a file's content may take in memory, inflated, as numbers and as columns.
+const MEMORY: usize = 256 << 20;
 
 /// Types of elements.
 pub(super) const INT32: u32 = 5;
@@ -64,6 +64,11 @@ impl Reader {
             remedy: "save only the record's variables, or fewer samples",
         })?;
         Ok(())
+    }
+
+    /// Gives back `bytes` that are free again.
+    pub(super) fn release(&mut self, bytes: usize) {
+        self.memory += bytes;
     }
 
     fn u32(&self, bytes: [u8; 4]) -> u32 {
@@ -153,7 +158,8 @@ impl Reader {
                 if !rest.is_empty() {
                     return Err(damaged("it ends within a number"));
                 }
-                self.allocate(chunks.len().saturating_mul(size_of::<f64>()))?;
+                // Once here, and once as a column.
+                self.allocate(chunks.len().saturating_mul(2 * size_of::<f64>()))?;
                 let number = match self.big_endian {
                     true => <$type>::from_be_bytes,
                     false => <$type>::from_le_bytes,

@@ -5,16 +5,12 @@ mod element;
 mod value;
 
 use super::format::Format;
-use super::table::Table;
+use super::table::{Table, WIDEST, quoted};
 use crate::{Error, Result};
 use columns::Gathered;
 use element::Reader;
-use std::io::Read;
 
 const HEADER: usize = 128;
-
-/// Longest file that is read, in bytes; a variable of this level cannot be longer.
-const LONGEST: u64 = 2 << 30;
 
 const SAVE: &str = "save it in MATLAB with save -v7";
 
@@ -23,34 +19,10 @@ pub(super) fn is_mat(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MATLAB 5.0 MAT-file") || byte_order(bytes).is_some() || is_hdf5(bytes)
 }
 
-/// The rest of `reader`, which belongs to the file called `path`.
-///
-/// # Errors
-/// A file over 2 GiB, or it cannot be read: `unreadable` says how.
-pub(super) fn bytes_of(
-    path: &str,
-    reader: impl Read,
-    unreadable: impl Fn(std::io::Error) -> Error,
-) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    reader
-        .take(LONGEST + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
-    match bytes.len() as u64 > LONGEST {
-        true => Err(Error::input(
-            path,
-            "is longer than 2 GiB",
-            "save only the record's variables, or fewer samples",
-        )),
-        false => Ok(bytes),
-    }
-}
-
 /// The columns among the variables in `bytes`; errors name the file `path`.
 ///
 /// # Errors
-/// Another level, damage, more than 512 MiB of content, nothing that could be a column.
+/// Another level, damage, more than 256 MiB of content or 10 000 columns, nothing that could be a column.
 pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     if is_hdf5(bytes) {
         return Err(Error::input(path, "is a MAT file of version 7.3", SAVE));
@@ -65,12 +37,22 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     let mut reader = Reader::new(big_endian);
     let variables = value::variables(&mut reader, &bytes[HEADER..]).map_err(|(name, fault)| {
         let place = match name {
-            Some(name) => format!("{path}, variable {:?}", name + &fault.field),
+            Some(name) => format!("{path}, variable {}", quoted(&(name + &fault.field))),
             None => path.into(),
         };
         Error::input(place, fault.problem, fault.remedy)
     })?;
     let Gathered { columns, others } = Gathered::of(&variables);
+    if columns.len() > WIDEST {
+        return Err(Error::input(
+            path,
+            format!(
+                "holds {} vectors, more than a record can have",
+                columns.len()
+            ),
+            "save only the record's variables",
+        ));
+    }
     let table = Table {
         path: path.into(),
         format: Format::Mat { big_endian },

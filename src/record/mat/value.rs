@@ -44,9 +44,11 @@ pub(super) fn variables(
         };
         let read = match element.kind {
             MATRIX => array(reader, element.bytes, 0, &mut name),
-            COMPRESSED => reader
-                .inflated(element.bytes)
-                .and_then(|content| array(reader, &content, 0, &mut name)),
+            COMPRESSED => reader.inflated(element.bytes).and_then(|content| {
+                let read = array(reader, &content, 0, &mut name);
+                reader.release(content.len());
+                read
+            }),
             _ => Err(damaged("it holds something that is no array")),
         };
         let value = read.map_err(|fault| (name.take(), fault))?;
@@ -83,16 +85,16 @@ fn array(
     let (class, complex) = (flags & 0xff, flags & 0x800 != 0);
     const OPAQUE: u32 = 17;
     if class == OPAQUE {
-        *name = Some(text(reader, bytes, "name")?);
+        *name = Some(word(text(reader, bytes, "name")?)?);
         text(reader, bytes, "type")?;
-        return Ok(Value::Object(text(reader, bytes, "class")?));
+        return Ok(Value::Object(word(text(reader, bytes, "class")?)?));
     }
     let sizes = reader.needed(bytes, "size")?;
     if sizes.kind != INT32 || sizes.bytes.len() < 8 {
         return Err(damaged("it has no size"));
     }
     let sizes = reader.numbers(sizes)?;
-    *name = Some(text(reader, bytes, "name")?);
+    *name = Some(word(text(reader, bytes, "name")?)?);
     if sizes.iter().any(|&size| size < 0.0) {
         return Err(damaged("its size is negative"));
     }
@@ -104,7 +106,7 @@ fn array(
     match class {
         1 => cells(reader, bytes, count, depth),
         2 => structs(reader, bytes, count, depth),
-        3 => Ok(Value::Object(text(reader, bytes, "class")?)),
+        3 => Ok(Value::Object(word(text(reader, bytes, "class")?)?)),
         4 => characters(reader, bytes, &sizes),
         5 => Ok(Value::Other("a sparse matrix")),
         6..=15 if complex => Ok(Value::Other("complex numbers")),
@@ -124,6 +126,15 @@ fn array(
 fn text(reader: &mut Reader, bytes: &mut &[u8], what: &str) -> Read5<String> {
     let element = reader.needed(bytes, what)?;
     reader.text(element)
+}
+
+/// `text` as the name of something: MATLAB's have up to 63 characters, and none that cannot be seen.
+fn word(text: String) -> Read5<String> {
+    const LONGEST: usize = 1000;
+    match text.len() > LONGEST || text.contains(char::is_control) {
+        true => Err(damaged("it has a name that is none")),
+        false => Ok(text),
+    }
 }
 
 fn characters(reader: &mut Reader, bytes: &mut &[u8], sizes: &[usize]) -> Read5<Value> {
@@ -153,14 +164,15 @@ fn structs(reader: &mut Reader, bytes: &mut &[u8], count: usize, depth: usize) -
     if length == 0 || names.bytes.is_empty() {
         return Ok(Value::Structs(Vec::new()));
     }
+    reader.allocate(names.bytes.len().div_ceil(length).saturating_mul(OVERHEAD))?;
     let names: Vec<String> = names
         .bytes
         .chunks(length)
         .map(|name| {
             let end = name.iter().position(|&byte| byte == 0);
-            String::from_utf8_lossy(&name[..end.unwrap_or(name.len())]).into_owned()
+            word(String::from_utf8_lossy(&name[..end.unwrap_or(name.len())]).into_owned())
         })
-        .collect();
+        .collect::<Read5<_>>()?;
     let mut structs = Vec::new();
     for _ in 0..count {
         let mut fields = Fields::new();

@@ -1,21 +1,35 @@
 //! Model files: a structure and its parameters as TOML, complete or just what a user wants to be different.
 
+mod check;
+
 use crate::model::effects::Effect;
-use crate::model::valve::AreaLaw;
-use crate::model::{Fluid, Output, Parameter, Piston, Scale, Structure};
-use crate::record::{Quantity, Unit};
-use crate::{Error, Result};
+use crate::model::{Fluid, Parameter, Scale, Structure};
+use crate::record::quoted;
+use crate::{Error, Result, input};
 use serde::{Deserialize, Serialize};
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
+/// Longest file that is read, in bytes.
+const LONGEST: u64 = 1 << 20;
+
 /// Keys without which a `[structure]` does not stand alone.
 const COMPLETE: [&str; 3] = ["full_scale", "command_unit", "observed"];
 
 /// Classes of oil (ISO VG) and temperatures (°C) that a hydraulic system works with.
 const OILS: (RangeInclusive<f64>, RangeInclusive<f64>) = (10.0..=150.0, -20.0..=120.0);
+
+/// Longest message of the TOML reader that is passed on, in characters.
+const LONGEST_MESSAGE: usize = 400;
+
+/// Largest magnitude of a parameter, in its unit.
+const LARGEST: f64 = 1e18;
+
+/// Fastest rate in 1/s or Hz, and inverse of the least time constant in s, that integration steps follow: see
+/// [`Structure::fastest_rate`].
+const FASTEST: f64 = 1e7;
 
 /// A model file that has been read.
 ///
@@ -33,7 +47,10 @@ pub struct ModelFile {
 
 /// A `[[parameter]]` as it is read.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a table with the name of a parameter"
+)]
 struct Entry {
     name: Spanned<String>,
     unit: Option<Spanned<String>>,
@@ -67,17 +84,11 @@ impl ModelFile {
     /// Reads a model file.
     ///
     /// # Errors
-    /// The file cannot be read, is no TOML, or has keys or types that no model file has. Whether names and values fit
+    /// The file cannot be read, is longer than 1 MiB, is no TOML, or has keys or types that no model file has. Whether names and values fit
     /// shows in [`ModelFile::structure`] and [`ModelFile::parameters`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            Error::input(
-                path.display(),
-                format!("cannot be read: {error}"),
-                "check the path and that it is a readable text file",
-            )
-        })?;
+        let text = input::text(path, LONGEST, "give a model file, such as identify writes")?;
         Self::parse(&path.display().to_string(), &text)
     }
 
@@ -95,25 +106,59 @@ impl ModelFile {
         let table = DeTable::parse(text).map_err(|error| file.toml_error(&error))?;
         for (key, value) in table.into_inner() {
             match key.get_ref().as_ref() {
-                "structure" if value.get_ref().is_table() => {}
+                "structure" if value.get_ref().is_table() => {
+                    file.check_tables(&value)?;
+                }
                 "parameter" => {
+                    file.check_entries(&value)?;
                     file.entries = Vec::deserialize(ValueDeserializer::from(value))
                         .map_err(|error| file.toml_error(&error))?;
                 }
-                "fluid" => {
+                "fluid" if value.get_ref().is_table() => {
                     let fluid = Spanned::deserialize(ValueDeserializer::from(value));
                     file.fluid = Some(fluid.map_err(|error| file.toml_error(&error))?);
                 }
                 _ => {
                     return Err(file.error(
                         key.span(),
-                        format!("{:?} is no part of a model file", key.get_ref()),
+                        format!("{} is no part of a model file", quoted(key.get_ref())),
                         "a model file has one [structure], one [fluid] and any number of [[parameter]]",
                     ));
                 }
             }
         }
         Ok(file)
+    }
+
+    /// Refuses lists where `[structure]` has tables: their values would be taken one after the other.
+    fn check_tables(&self, structure: &Spanned<DeValue<'_>>) -> Result<()> {
+        for key in ["valve", "free_form"] {
+            if let Some(part) = structure
+                .get_ref()
+                .get(key)
+                .filter(|part| part.get_ref().is_array())
+            {
+                return Err(self.error(
+                    part.span(),
+                    format!("{key} is a list"),
+                    format!("give a table [structure.{key}]"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a parameter that is a list, as [`ModelFile::check_tables`] does.
+    fn check_entries(&self, parameters: &Spanned<DeValue<'_>>) -> Result<()> {
+        let entries = parameters.get_ref().as_array().into_iter().flatten();
+        match entries.into_iter().find(|entry| entry.get_ref().is_array()) {
+            None => Ok(()),
+            Some(entry) => Err(self.error(
+                entry.span(),
+                "the parameter is a list",
+                "give a table [[parameter]] with its name",
+            )),
+        }
     }
 
     /// The text of a complete model file for `structure` and its `parameters` with these `values`, all in the order of
@@ -264,6 +309,10 @@ impl ModelFile {
             if !number.get_ref().is_finite() {
                 return Err(self.error(number.span(), "is not finite", "give a number"));
             }
+            if number.get_ref().abs() > LARGEST {
+                let problem = format!("is beyond {LARGEST:e} {}", parameter.unit);
+                return Err(self.error(number.span(), problem, "give what a valve can have"));
+            }
         }
         let set = |field: &mut f64, number: &Option<Spanned<f64>>| {
             if let Some(number) = number {
@@ -301,6 +350,25 @@ impl ModelFile {
                 "give a positive low, or scale = \"linear\"",
             ));
         }
+        let too_fast = match name.as_str() {
+            "time_constant" | "supply_lag" if *low < FASTEST.recip() => {
+                Some((&entry.low, "low", low))
+            }
+            rate if rate == "gain" || rate.starts_with("line_frequency_") => {
+                (*high > FASTEST).then_some((&entry.high, "high", high))
+            }
+            _ => None,
+        };
+        if let Some((own, bound, value)) = too_fast {
+            return Err(self.error(
+                place(own),
+                format!(
+                    "{name} has {bound} {value:e} {}: no valve is as fast",
+                    parameter.unit
+                ),
+                "give bounds of rates below 1e7 1/s, and of time constants above 1e-7 s",
+            ));
+        }
         if !(*low..=*high).contains(start) {
             return Err(self.error(
                 place(&entry.value),
@@ -309,110 +377,6 @@ impl ModelFile {
             ));
         }
         Ok(())
-    }
-
-    /// Refuses a structure whose parts are out of range or do not fit together.
-    fn check(&self, structure: &Structure) -> Result<()> {
-        let refuse = |keys: &[&str], problem: String, remedy: &str| {
-            Err(self.error(self.find(keys), problem, remedy))
-        };
-        let Structure {
-            full_scale,
-            command_unit,
-            observed,
-            ..
-        } = structure;
-        if !(full_scale.is_finite() && *full_scale > 0.0) {
-            return refuse(
-                &["full_scale"],
-                format!("full_scale is {full_scale}"),
-                "give a positive number: the command that asks for 100 % of the spool's stroke",
-            );
-        }
-        for (key, unit) in [
-            ("command_unit", Some(command_unit)),
-            ("spool_unit", structure.spool_unit.as_ref()),
-        ] {
-            let Some(unit) = unit else { continue };
-            let kept = Quantity::Signal.unit(Some(unit), key).map(Unit::kept);
-            if !kept.is_ok_and(|kept| kept == unit) {
-                return refuse(
-                    &[key],
-                    format!("signals are not kept in {unit:?}"),
-                    "use V, mA, %, mm or 1, as the record does after its conversion",
-                );
-            }
-        }
-        if observed.is_empty() || !observed.is_sorted_by(|a, b| a < b) {
-            return refuse(
-                &["observed"],
-                "the observed outputs are none, not in order, or there twice".into(),
-                "list at least one of \"spool\", \"flow\", \"position\", in this order",
-            );
-        }
-        if structure.piston == Piston::Servo
-            && structure.observes(Output::Position)
-            && command_unit != "mm"
-        {
-            return refuse(
-                &["piston"],
-                format!("a position loop has its command in mm, not in {command_unit}"),
-                "convert the command, or use piston = \"integrated\"",
-            );
-        }
-        let effects = &structure.effects;
-        if let Some(twice) = (1..effects.len()).find(|&i| effects[i] == effects[i - 1]) {
-            return refuse(
-                &["effects"],
-                format!("{} is there twice", effects[twice]),
-                "name each effect once",
-            );
-        }
-        if let Some(idle) = effects.iter().find(|e| !e.entry.on(structure).contains(e)) {
-            return refuse(
-                &["effects"],
-                format!("{idle} has nothing to act on in this structure"),
-                "delete it, or observe what it acts on",
-            );
-        }
-        if let Some(form) = &structure.free_form {
-            let rising = form.knots.len() > 1 && form.knots.is_sorted_by(|a, b| a < b);
-            if !rising || form.knots.iter().any(|knot| !knot.is_finite()) {
-                return refuse(
-                    &["free_form", "knots"],
-                    "the knots are fewer than two, not finite, or not strictly rising".into(),
-                    "list values of the signal in rising order",
-                );
-            }
-        }
-        match (&structure.valve, structure.needs_valve()) {
-            (None, true) => refuse(
-                &["observed"],
-                "flow, or a position that integrates it, needs a valve".into(),
-                "add [structure.valve] with area = \"linear\"",
-            ),
-            (Some(_), false) => refuse(
-                &["valve"],
-                "there is a valve, but neither flow nor a position that integrates it is observed"
-                    .into(),
-                "delete [structure.valve], or observe one of the two",
-            ),
-            (Some(valve), true) => match &valve.area {
-                AreaLaw::Table(openings)
-                    if openings.len() < 4
-                        || openings.iter().any(|opening| !opening.is_finite())
-                        || !openings.is_sorted_by(|a, b| a < b) =>
-                {
-                    refuse(
-                        &["valve", "area", "table"],
-                        format!("the openings {openings:?} are fewer than four or do not rise"),
-                        "list at least four openings in %, strictly rising",
-                    )
-                }
-                _ => Ok(()),
-            },
-            (None, false) => Ok(()),
-        }
     }
 
     /// The file's `[structure]`, with the places of its keys in the text.
@@ -434,9 +398,17 @@ impl ModelFile {
     }
 
     fn toml_error(&self, error: &toml::de::Error) -> Error {
+        // What the message repeats of the file may be anything.
+        let message = error
+            .message()
+            .trim()
+            .replace('\n', ", ")
+            .replace("; ", ", ");
+        let shown = message.chars().take(LONGEST_MESSAGE);
+        let shown = shown.map(|c| if c.is_control() { '\u{fffd}' } else { c });
         self.error(
             error.span().unwrap_or(0..0),
-            error.message().trim().replace('\n', ", "),
+            shown.collect::<String>(),
             "correct the line; a file that identify writes shows every key",
         )
     }
@@ -447,7 +419,7 @@ impl ModelFile {
         let number = 1 + self.text[..start].matches('\n').count();
         let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
         Error::input(
-            format!("{}, line {number}, {line:?}", self.path),
+            format!("{}, line {number}, {}", self.path, quoted(line)),
             problem.to_string(),
             remedy.to_string(),
         )

@@ -1,0 +1,53 @@
+//! Reading the files that a user gives: never more of one than a file of its kind can hold.
+
+use crate::{Error, Result};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The content of the file at `path`, which may have `longest` bytes; `shorter` says what to do about one that has more.
+/// Its size is asked for before it is read, and what has no size, such as a pipe, is not read any further.
+///
+/// # Errors
+/// It is missing, unreadable or longer.
+pub(crate) fn bytes(path: &Path, longest: u64, shorter: &str) -> Result<Vec<u8>> {
+    let unreadable = |error: std::io::Error| {
+        Error::input(
+            path.display(),
+            format!("cannot be read: {error}"),
+            "check the path and that it is a readable file",
+        )
+    };
+    let file = File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    if file.metadata().map_err(unreadable)?.len() <= longest {
+        file.take(longest + 1)
+            .read_to_end(&mut bytes)
+            .map_err(unreadable)?;
+        if bytes.len() as u64 <= longest {
+            return Ok(bytes);
+        }
+    }
+    Err(Error::input(
+        path.display(),
+        format!("is longer than {} MiB", longest >> 20),
+        shorter,
+    ))
+}
+
+/// [`bytes`] as text.
+///
+/// # Errors
+/// As [`bytes`]; a line that is not UTF-8.
+pub(crate) fn text(path: &Path, longest: u64, shorter: &str) -> Result<String> {
+    String::from_utf8(bytes(path, longest, shorter)?).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let before = &error.as_bytes()[..valid];
+        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        Error::input(
+            format!("{}, line {line}", path.display()),
+            "is not UTF-8 text",
+            "save the file as text in UTF-8",
+        )
+    })
+}

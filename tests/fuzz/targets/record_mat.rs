@@ -1,0 +1,5 @@
+//! Bytes as a MAT file of a record.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| servobee_fuzz::record("fuzz.mat", bytes));

@@ -4,6 +4,11 @@
 //! `data/bad` holds small ones, each bad for the reason that is its name, some of them found by the fuzz targets. In
 //! `data/bad/expected.txt` a line has a call, the place that its error names, and words of what the error says; a tab parts
 //! them. What is too large to keep is made here; the largest only with `SERVOBEE_HUGE=1`.
+
+#![allow(
+    unsafe_code,
+    reason = "what one call took of memory is told by wait4 alone"
+)]
 #![cfg(target_os = "linux")]
 
 mod program;

@@ -9,7 +9,7 @@ use phases::Phases;
 use serde::Serialize;
 use servobee::evaluate::gpu::{self, Checks, GpuEvaluator};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status, workload,
+    Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, workload,
 };
 use servobee::{Error, Result};
 use std::time::{Duration, Instant};
@@ -19,8 +19,6 @@ const SIZES: [usize; 7] = [64, 256, 1024, 4096, 16_384, 65_536, 262_144];
 /// Candidates that all evaluators must agree about before any is timed, and the samples they are compared on: few,
 /// because lightly damped candidates in saturation are chaotic and in time make any rounding large.
 const CHECKED: (usize, usize) = (1024, 200);
-/// Largest relative difference of a cost in f32 from that in f64.
-const TOLERANCE: f64 = 1e-4;
 /// Runs of one size at most, so that time is left for the larger ones.
 const MOST_RUNS: usize = 7;
 
@@ -204,18 +202,14 @@ fn contestants(which: Which) -> Result<Vec<Contestant>> {
 /// The largest relative difference between two lists of costs.
 ///
 /// # Errors
-/// It is above [`TOLERANCE`], or a candidate diverged in one list alone.
+/// It is above [`PARITY`], or a candidate diverged in one list alone.
 fn disagreement(name: &str, costs: &[Cost], reference: &[Cost]) -> Result<f64> {
     let largest = costs
         .iter()
         .zip(reference)
-        .map(|(cost, expected)| match (cost.status, expected.status) {
-            (Status::Finished, Status::Finished) => (cost.value / expected.value - 1.0).abs(),
-            (one, other) if one == other => 0.0,
-            _ => f64::INFINITY,
-        })
+        .map(|(cost, expected)| cost.difference(expected))
         .fold(0.0, f64::max);
-    if largest <= TOLERANCE {
+    if largest <= PARITY {
         return Ok(largest);
     }
     Err(Error::failed(

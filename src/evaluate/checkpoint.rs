@@ -419,7 +419,9 @@ fn check(bytes: &[u8]) -> u64 {
     hasher.finish()
 }
 
-fn frame(key: u64, result: &[u8]) -> Vec<u8> {
+/// What is appended to a checkpoint for a result. For tests.
+#[doc(hidden)]
+pub fn frame(key: u64, result: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(20 + result.len());
     bytes.extend((result.len() as u32).to_le_bytes());
     bytes.extend(key.to_le_bytes());

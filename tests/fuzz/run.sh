@@ -9,7 +9,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 seconds=${1:-60}
 shift || true
 targets=("$@")
-[ ${#targets[@]} -gt 0 ] || targets=(record_csv record_mat curve model_file identify)
+[ ${#targets[@]} -gt 0 ] || targets=(record_csv record_mat curve model_file checkpoint identify)
 
 # The files that a target begins with, and its own options.
 seeds() {

@@ -78,6 +78,13 @@ trap 'rm -f "$log"' EXIT
 status=0
 cargo test --locked --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
 
+# Licences and sources of what is linked; tests/soak.sh asks for advisories as well.
+if cargo deny --version > /dev/null 2>&1; then
+    cargo deny --offline --config .ci/deny.toml check licenses bans sources || status=1
+else
+    echo 'NOT TESTED: licences of what is linked: there is no cargo-deny (cargo install cargo-deny)' | tee -a "$log"
+fi
+
 echo
 grep -aE '^test result:' "$log" | awk '
     { passed += $4; failed += $6; ignored += $8 }

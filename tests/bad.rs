@@ -242,12 +242,11 @@ fn copied() -> TempDir {
     folder
 }
 
-/// Writes a file with `write`, and refuses it with `call`.
+/// Writes a record or, with this ending, a model file with `write`, and refuses it.
 #[track_caller]
 fn assert_refused(
     name: &str,
     write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
-    call: &str,
     place: &str,
     says: &str,
 ) {
@@ -255,7 +254,11 @@ fn assert_refused(
     let path = folder.path().join(name);
     let mut file = BufWriter::new(File::create(&path).unwrap());
     write(&mut file).and_then(|()| file.flush()).unwrap();
-    let faults = faults(folder.path(), &words(call), place, says);
+    let call = match name.ends_with(".toml") {
+        true => format!("simulate {name} good/record.csv"),
+        false => format!("identify {name}"),
+    };
+    let faults = faults(folder.path(), &words(&call), place, says);
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
@@ -276,13 +279,7 @@ fn a_long_line_is_refused() {
         file.write_all(HEADER.as_bytes())?;
         file.write_all(&[b'1'; 3 << 20])
     };
-    assert_refused(
-        "long.csv",
-        long,
-        "identify long.csv",
-        "long.csv, row 2",
-        "longer than 1 MiB",
-    );
+    assert_refused("long.csv", long, "long.csv, row 2", "longer than 1 MiB");
 }
 
 #[test]
@@ -323,12 +320,10 @@ fn a_line_of_many_cells_is_refused() {
 
 #[test]
 fn a_fault_behind_many_rows_is_found() {
-    let call = "identify rows.csv";
     let many = |file: &mut BufWriter<File>| rows(file, 300_000);
     assert_refused(
         "rows.csv",
         many,
-        call,
         "rows.csv, row 300002, column \"spool [V]\"",
         "\"word\"",
     );
@@ -336,7 +331,6 @@ fn a_fault_behind_many_rows_is_found() {
 
 #[test]
 fn more_cells_than_a_record_can_have_are_refused() {
-    let call = "identify cells.csv";
     // Numbers, texts and nothing: two bytes each, so that the file is far smaller than what it would become.
     for (cell, rows, last) in [("1,", 2000, 1679), ("a,", 1000, 341), (",", 1000, 341)] {
         let cells = |file: &mut BufWriter<File>| {
@@ -349,33 +343,31 @@ fn more_cells_than_a_record_can_have_are_refused() {
             Ok(())
         };
         let place = format!("cells.csv, row {last}");
-        assert_refused("cells.csv", cells, call, &place, "beyond 16 million cells");
+        assert_refused("cells.csv", cells, &place, "beyond 16 million cells");
     }
 }
 
 #[test]
 fn a_deep_model_file_is_refused() {
-    let call = "simulate deep.toml good/record.csv";
     for (open, close) in [("[", "]"), ("{a=", "}")] {
         for depth in [200, 100_000] {
             let deep = format!("a = {}1{}\n", open.repeat(depth), close.repeat(depth));
             let write = |file: &mut BufWriter<File>| file.write_all(deep.as_bytes());
             let place = format!("deep.toml, line 1, {:?}...", &deep[..40]);
-            assert_refused("deep.toml", write, call, &place, "recur");
+            assert_refused("deep.toml", write, &place, "recur");
         }
     }
     let dotted = format!("{}a = 1\n", "a.".repeat(200_000));
     let write = |file: &mut BufWriter<File>| file.write_all(dotted.as_bytes());
     let place = format!("deep.toml, line 1, {:?}...", &dotted[..40]);
-    assert_refused("deep.toml", write, call, &place, "recur");
+    assert_refused("deep.toml", write, &place, "recur");
 }
 
 #[test]
 fn a_long_model_file_is_refused() {
-    let call = "simulate long.toml good/record.csv";
     let long =
         |file: &mut BufWriter<File>| file.write_all("# nothing\n".repeat(200_000).as_bytes());
-    assert_refused("long.toml", long, call, "long.toml", "longer than 1 MiB");
+    assert_refused("long.toml", long, "long.toml", "longer than 1 MiB");
     let many = |file: &mut BufWriter<File>| {
         let model = fs::read_to_string(corpus().join("good/model.toml"))?;
         write!(
@@ -385,7 +377,7 @@ fn a_long_model_file_is_refused() {
         )
     };
     let place = "long.toml, line 8, \"name = \\\"gain\\\"\"";
-    assert_refused("long.toml", many, call, place, "above already");
+    assert_refused("long.toml", many, place, "above already");
 }
 
 /// The header of a MAT file, and a variable that is an element of `kind` with `content`.
@@ -446,20 +438,14 @@ fn announced_rows_that_are_not_there_are_refused() {
         ))
     };
     let place = "rows.mat, variable \"time\"";
-    assert_refused(
-        "rows.mat",
-        rows,
-        "identify rows.mat",
-        place,
-        "not as many numbers",
-    );
+    assert_refused("rows.mat", rows, place, "not as many numbers");
     for (class, place) in [
         (1, "rows.mat, variable \"a.{1}\""),
         (2, "rows.mat, variable \"a\""),
     ] {
         let cells =
             |file: &mut BufWriter<File>| file.write_all(&mat(14, &array(class, i32::MAX, "a")));
-        assert_refused("rows.mat", cells, "identify rows.mat", place, "ends before");
+        assert_refused("rows.mat", cells, place, "ends before");
     }
 }
 
@@ -478,7 +464,7 @@ fn a_bomb_of_zeros_is_refused() {
         let content = bomb(&begin, zeros, announced);
         assert!(content.len() < 1 << 20);
         let write = |file: &mut BufWriter<File>| file.write_all(&mat(15, &content));
-        assert_refused("bomb.mat", write, "identify bomb.mat", place, says);
+        assert_refused("bomb.mat", write, place, says);
     }
     // Bytes that become doubles, many variables, and many fields without a name.
     let zeros: usize = 100 << 20;
@@ -489,7 +475,6 @@ fn a_bomb_of_zeros_is_refused() {
     assert_refused(
         "bomb.mat",
         write,
-        "identify bomb.mat",
         "bomb.mat, variable \"time\"",
         "over 256 MiB",
     );
@@ -505,7 +490,6 @@ fn a_bomb_of_zeros_is_refused() {
     assert_refused(
         "bomb.mat",
         write,
-        "identify bomb.mat",
         "bomb.mat, variable \"x\"",
         "over 256 MiB",
     );
@@ -518,7 +502,6 @@ fn a_bomb_of_zeros_is_refused() {
     assert_refused(
         "bomb.mat",
         write,
-        "identify bomb.mat",
         "bomb.mat, variable \"s\"",
         "over 256 MiB",
     );
@@ -531,7 +514,7 @@ fn a_bomb_of_nan_is_refused() {
         (0..500_000).try_for_each(|_| file.write_all(b"NaN,NaN,NaN\n"))
     };
     let place = "nan.csv, row 2, column \"time [s]\"";
-    assert_refused("nan.csv", nan, "identify nan.csv", place, "not finite");
+    assert_refused("nan.csv", nan, place, "not finite");
 }
 
 #[test]
@@ -565,39 +548,20 @@ fn a_gigabyte_is_refused() {
         file.write_all(HEADER.as_bytes())?;
         (0..1 << 10).try_for_each(|_| file.write_all(&[b'1'; 1 << 20]))
     };
-    assert_refused(
-        "big.csv",
-        line,
-        "identify big.csv",
-        "big.csv",
-        "longer than 256 MiB",
-    );
+    assert_refused("big.csv", line, "big.csv", "longer than 256 MiB");
     let hole = |file: &mut BufWriter<File>| {
         file.write_all(&mat(14, b""))?;
         file.seek(SeekFrom::Start(3 << 30))?;
         file.write_all(b"0")
     };
-    assert_refused(
-        "big.mat",
-        hole,
-        "identify big.mat",
-        "big.mat",
-        "longer than 256 MiB",
-    );
+    assert_refused("big.mat", hole, "big.mat", "longer than 256 MiB");
     let hole = |file: &mut BufWriter<File>| {
         file.seek(SeekFrom::Start(1 << 30))?;
         file.write_all(b"0")
     };
-    let call = "simulate big.toml good/record.csv";
-    assert_refused("big.toml", hole, call, "big.toml", "longer than 1 MiB");
+    assert_refused("big.toml", hole, "big.toml", "longer than 1 MiB");
     let many = |file: &mut BufWriter<File>| rows(file, 60_000_000);
-    assert_refused(
-        "big.csv",
-        many,
-        "identify big.csv",
-        "big.csv",
-        "longer than 256 MiB",
-    );
+    assert_refused("big.csv", many, "big.csv", "longer than 256 MiB");
 }
 
 #[test]
@@ -605,15 +569,14 @@ fn the_largest_files_that_are_read_are_refused_in_bounds() {
     if !huge() {
         return;
     }
-    let call = "identify big.csv";
     // As many cells as there may be, all numbers; one more; nothing but texts; one line below the limit of the file.
     let most = (1 << 22) - 2;
     let place = format!("big.csv, row {}, column \"spool [V]\"", most + 2);
     let many = |file: &mut BufWriter<File>| rows(file, most);
-    assert_refused("big.csv", many, call, &place, "\"word\"");
+    assert_refused("big.csv", many, &place, "\"word\"");
     let many = |file: &mut BufWriter<File>| rows(file, 12_000_000);
     let place = format!("big.csv, row {}", most + 4);
-    assert_refused("big.csv", many, call, &place, "beyond 16 million cells");
+    assert_refused("big.csv", many, &place, "beyond 16 million cells");
     let digits = "0.123456789012345678";
     let wide = |file: &mut BufWriter<File>| {
         file.write_all(HEADER.as_bytes())?;
@@ -622,15 +585,15 @@ fn the_largest_files_that_are_read_are_refused_in_bounds() {
         writeln!(file, "9999999,1,word")
     };
     let place = "big.csv, row 4100002, column \"spool [V]\"";
-    assert_refused("big.csv", wide, call, place, "\"word\"");
+    assert_refused("big.csv", wide, place, "\"word\"");
     let line = |file: &mut BufWriter<File>| {
         file.write_all(HEADER.as_bytes())?;
         (0..255).try_for_each(|_| file.write_all(&[b'1'; 1 << 20]))
     };
-    assert_refused("big.csv", line, call, "big.csv, row 2", "longer than 1 MiB");
+    assert_refused("big.csv", line, "big.csv, row 2", "longer than 1 MiB");
     let foreign =
         |file: &mut BufWriter<File>| (0..255).try_for_each(|_| file.write_all(&[0xe4; 1 << 20]));
-    assert_refused("big.csv", foreign, call, "big.csv", "longer than 64 MiB");
+    assert_refused("big.csv", foreign, "big.csv", "longer than 64 MiB");
     let doubles = |file: &mut BufWriter<File>| {
         let bytes: u32 = 255 << 20;
         let tag = [9_u32.to_le_bytes(), bytes.to_le_bytes()].concat();
@@ -643,11 +606,5 @@ fn the_largest_files_that_are_read_are_refused_in_bounds() {
         (0..255).try_for_each(|_| file.write_all(&[0x3f; 1 << 20]))
     };
     let place = "big.mat, variable \"time\"";
-    assert_refused(
-        "big.mat",
-        doubles,
-        "identify big.mat",
-        place,
-        "over 256 MiB",
-    );
+    assert_refused("big.mat", doubles, place, "over 256 MiB");
 }

@@ -3,28 +3,20 @@
 mod program;
 
 use program::{
-    columns, has_gpu, json, measured, names, off, printed, refused, rms, servobee, servobee_with,
-    value,
+    BENCH, bench, columns, has_gpu, json, measured, names, off, printed, refused, rms, servobee,
+    servobee_with, value,
 };
 use serde_json::Value;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::{Output, Structure};
 use servobee::record::{self, Channel, Record};
-use std::fs::{copy, create_dir, read_to_string, write};
+use std::fs::{create_dir, read_to_string, write};
 use std::path::Path;
 use tempfile::TempDir;
 
-const BENCH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv");
 /// Of every record the last 30 % are held out.
 const BENCH_ROWS: [usize; 2] = [4200, 1800];
-
-/// A folder with the record of the test bench.
-fn bench() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    copy(BENCH, folder.path().join("bench.csv")).unwrap();
-    folder
-}
 
 /// A folder with a short and lively part of the same record, as text.
 fn excerpt() -> (TempDir, String) {

@@ -6,20 +6,12 @@
 
 mod program;
 
-use program::{json, names};
-use std::fs::{File, copy, create_dir, read_to_string};
+use program::{IDENTIFY, bench, json, names, soak};
+use std::fs::{File, create_dir, read_to_string};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use tempfile::TempDir;
 
-const BENCH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv");
 const SERVOBEE: &str = env!("CARGO_BIN_EXE_servobee");
-
-fn bench() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    copy(BENCH, folder.path().join("bench.csv")).unwrap();
-    folder
-}
 
 fn errors(ran: &Output) -> String {
     let errors = String::from_utf8(ran.stderr.clone()).unwrap();
@@ -32,14 +24,7 @@ fn a_reader_that_goes_away_stops_nothing() {
     let folder = bench();
     let mut child = Command::new(SERVOBEE)
         .current_dir(folder.path())
-        .args([
-            "identify",
-            "bench.csv",
-            "--evaluator",
-            "cpu",
-            "--out",
-            "out",
-        ])
+        .args(IDENTIFY)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -218,7 +203,7 @@ fn nothing_is_written_but_what_was_asked_for_and_no_network_is_needed() {
 
 #[test]
 fn many_runs_side_by_side_all_finish() {
-    let count = match std::env::var("SERVOBEE_SOAK").is_ok_and(|value| value == "1") {
+    let count = match soak() {
         true => 64,
         false => 8,
     };

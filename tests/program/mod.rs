@@ -5,9 +5,34 @@
 use assert_cmd::Command;
 use serde_json::Value;
 use servobee::evaluate::gpu::{adapters, best, describe};
-use std::fs::{read_dir, read_to_string};
+use std::fs::{copy, read_dir, read_to_string};
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use tempfile::TempDir;
+
+/// The record of the test bench.
+pub(crate) const BENCH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv");
+/// A call that identifies it.
+pub(crate) const IDENTIFY: &[&str] = &[
+    "identify",
+    "bench.csv",
+    "--evaluator",
+    "cpu",
+    "--out",
+    "out",
+];
+
+/// A folder with the record of the test bench.
+pub(crate) fn bench() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    copy(BENCH, folder.path().join("bench.csv")).unwrap();
+    folder
+}
+
+/// Whether tests have hours.
+pub(crate) fn soak() -> bool {
+    std::env::var("SERVOBEE_SOAK").is_ok_and(|value| value == "1")
+}
 
 /// Runs the program in `folder`, not on a terminal.
 pub(crate) fn servobee(folder: &Path, arguments: &[&str]) -> Output {

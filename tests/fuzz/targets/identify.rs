@@ -4,13 +4,14 @@
 
 use servobee::Error;
 use servobee::card::Card;
-use servobee::diagnose::{Measurements, Options, identify};
+use servobee::diagnose::{Cut, Measurements, Options, identify};
 use servobee::evaluate::{Choice, choose, parameters_for, scale_of, structure_for};
 use servobee::model::effects::CATALOGUE;
-use servobee::record::{HOLD_OUT, Record};
+use servobee::record::Record;
 use servobee::report::{Document, ModelFile, page};
 use servobee::search::{Plan, Settings};
 use servobee_fuzz::{assert_reads_back, located};
+use std::ops::ControlFlow;
 
 /// Integration steps of a whole record, at most: what asks for more is right, but slow.
 const STEPS: u64 = 500;
@@ -35,8 +36,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     };
     let parameters = parameters_for(&structure, &records);
     let rate = structure.fastest_rate(&parameters);
-    let share = HOLD_OUT;
-    let measured = Measurements::with_share(&records, &[], share, &structure, rate);
+    let measured = Measurements::new(&records, &[], Cut::default(), &structure, rate);
     let Some(measurements) = located(PATH, measured) else {
         return;
     };
@@ -82,7 +82,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         chosen.evaluator.as_mut(),
         &plan,
         &options,
-        &mut |_| {},
+        &mut |_| ControlFlow::Continue(()),
     );
     let identified = match identified {
         Ok(identified) => identified,

@@ -2,6 +2,7 @@
 
 use super::options::{Options, progress};
 use super::table::{number, table};
+use super::work::interrupted;
 use super::{card, colour};
 use clap::ValueEnum;
 use servobee::card::Card;
@@ -130,25 +131,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let (results, mut warnings) = work.run(&mut chosen, |evaluator| {
             fits(&sheet, evaluator, arguments, &work.memory)
         })?;
-        let (_, longest) = plans(&sheet, arguments, &Memory::default())
-            .pop()
-            .expect("three plans");
-        let (_, found) = results.last().expect("every sheet is fitted");
-        if found.search.history.len() <= longest.settings.itr {
-            let stage = format!(
-                "{}, generation {}",
-                sheet.title,
-                found.search.history.len() - 1
-            );
-            warnings.push(format!(
-                "interrupted in \"{stage}\": this is what was known then"
-            ));
-            broken_off = Some(stage);
-        }
         let best = results
             .last()
             .map(|(_, fit)| fit)
             .expect("every sheet is fitted");
+        // The history begins with the start, which is no generation.
+        let generations = best.search.history.len() - 1;
+        if generations < Settings::large().itr {
+            let stage = format!("{}, generation {generations}", sheet.title);
+            warnings.push(interrupted(&stage));
+            broken_off = Some(stage);
+        }
         if arguments.options.talks() {
             print(&sheet, &results);
         }

@@ -2,6 +2,7 @@
 
 use super::options::{Options, spinner};
 use super::table::{number, table};
+use super::work::interrupted;
 use super::{card, colour, interrupt};
 use servobee::card::Card;
 use servobee::diagnose::{self, Compared, Cut, Identified, Measurements, ROWS, Verdict, identify};
@@ -156,9 +157,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let (identified, card, of_run) = result?;
     warnings.extend(of_run);
     if let Some(stage) = &identified.broken_off {
-        warnings.push(format!(
-            "interrupted in \"{stage}\": this is what was known then"
-        ));
+        warnings.push(interrupted(stage));
     }
     let seconds = started.elapsed().as_secs_f64();
     let document = Document::of(

@@ -96,7 +96,7 @@ impl Work {
             return self.memory.forget();
         };
         Err(Error::failed(
-            format!("interrupted in \"{stage}\": what it says is what was known then"),
+            interrupted(stage),
             match self.memory.kept() {
                 Some(path) => format!(
                     "add --resume to go on; {} has what was computed",
@@ -125,4 +125,9 @@ impl Work {
         };
         Error::Failed { problem, remedy }
     }
+}
+
+/// What is said of a run that was interrupted in this `stage`.
+pub(super) fn interrupted(stage: &str) -> String {
+    format!("interrupted in \"{stage}\": this is what was known then")
 }

@@ -50,9 +50,10 @@ impl Fingerprint {
             parameters,
             data,
             scale,
-            loss: _,
+            loss,
         } = problem;
-        self.text(&format!("{structure:?} {parameters:?}"));
+        let loss = loss.map(|loss| loss.name());
+        self.text(&format!("{structure:?} {parameters:?} {loss:?}"));
         self.values(scale);
         match &**data {
             Data::Series(records) => {
@@ -120,10 +121,7 @@ impl Checkpoint {
             ),
             _ => cannot_write(path, error),
         };
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
+        let folder = path.parent().unwrap_or(Path::new("."));
         // Written aside and moved: there is never a checkpoint without its first line.
         let draft = tempfile::Builder::new()
             .prefix(".servobee-")

@@ -16,15 +16,26 @@ pub type SizedLoss<R> = (fn(R, R) -> R, [f64; 3]);
 
 /// A [`Loss`] that a problem has: see [`Problem::with_loss`](super::Problem::with_loss).
 #[derive(Debug, Clone, Copy)]
-pub struct OwnLoss(Readings);
+pub struct OwnLoss {
+    readings: Readings,
+    name: fn() -> &'static str,
+}
 
 impl OwnLoss {
     pub(super) fn new<L: Loss>() -> Self {
-        Self(|number| for_number!(number, R => L::of::<R> as fn(R, R) -> R))
+        Self {
+            readings: |number| for_number!(number, R => L::of::<R> as fn(R, R) -> R),
+            name: std::any::type_name::<L>,
+        }
+    }
+
+    /// What the code calls it, to tell it from others.
+    pub(super) fn name(self) -> &'static str {
+        (self.name)()
     }
 
     /// The loss as a function of this kind of number.
     pub(super) fn function<R: Real>(self) -> fn(R, R) -> R {
-        reading::<R, _>(self.0)
+        reading::<R, _>(self.readings)
     }
 }

@@ -57,7 +57,7 @@ pub enum Drop {
 
 /// What a valve consists of. Which parameters it has follows: [`ValveForm::parameters`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table with the form of a valve")]
 pub struct ValveForm {
     /// Area over opening.
     pub area: AreaLaw,

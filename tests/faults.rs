@@ -6,14 +6,19 @@ mod common;
 mod program;
 
 use common::{case, cases, near_start, on_bounds, random};
-use program::{printed, servobee_with};
-use servobee::Result;
+use program::{BENCH, printed, servobee_with};
+use servobee::diagnose::{Cut, Identified, Measurements, Options, identify};
+use servobee::evaluate::checkpoint::results_in;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{
-    Care, Cost, CpuEvaluator, Evaluator, Guarded, Job, Memory, PARITY, Population, Precision,
-    Problem, Standby,
+    Care, Checkpoint, Cost, CpuEvaluator, Evaluator, Guarded, Job, Memory, PARITY, Population,
+    Precision, Problem, Remembering, Standby, parameters_for, scale_of, structure_for,
 };
+use servobee::model::effects::CATALOGUE;
+use servobee::record::Record;
 use servobee::search::{Fit, Plan, Settings, Start, fit};
+use servobee::{Error, Result};
+use std::fs::read;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Duration;
@@ -248,11 +253,128 @@ fn a_whole_fit_is_the_same_where_a_wrong_device_was_refused() {
     }
 }
 
+/// A device that is lost after so many calls.
+struct Dying {
+    calls: u32,
+    inner: CpuEvaluator,
+}
+
+impl Dying {
+    fn after(calls: u32) -> Self {
+        Self {
+            calls,
+            inner: CpuEvaluator::new(Precision::F32),
+        }
+    }
+}
+
+impl Evaluator for Dying {
+    fn describe(&self) -> String {
+        "a device under test".into()
+    }
+
+    fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
+        let Some(left) = self.calls.checked_sub(1) else {
+            return Err(Error::failed("the device was lost", "use --evaluator cpu"));
+        };
+        self.calls = left;
+        self.inner.costs_of(jobs)
+    }
+}
+
+#[test]
+fn a_whole_diagnosis_is_the_same_where_its_device_is_lost() {
+    let mut alone = CpuEvaluator::new(Precision::F32);
+    let reference = diagnosed(&mut alone, Memory::default()).expect("a model");
+    println!("{:?}", reference.added);
+    assert!(!reference.added.is_empty());
+    let reference = format!("{reference:?}");
+    for calls in [0, 5, 50] {
+        let mut guarded = Guarded::new(device(Dying::after(calls)), [cpu()]).unwrap();
+        let found = diagnosed(&mut guarded, Memory::default()).expect("a model all the same");
+        let warnings = guarded.take_warnings();
+        assert_eq!(
+            warnings,
+            ["the device was lost; going on with ".to_owned() + &cpu_name()]
+        );
+        assert!(
+            format!("{found:?}") == reference,
+            "lost after {calls} calls"
+        );
+    }
+}
+
+#[test]
+fn what_was_computed_before_a_device_was_lost_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.checkpoint");
+    let mut cpu = CpuEvaluator::new(Precision::F32);
+    let reference = format!(
+        "{:?}",
+        diagnosed(&mut cpu, Memory::default()).expect("a model")
+    );
+    let (mut known, mut runs) = (0, 0);
+    loop {
+        let memory = Memory::from(Checkpoint::resume(&path, 7).unwrap());
+        // Nothing takes over: the run ends here, and the next goes on.
+        let mut guarded = Guarded::new(device(Dying::after(9)), []).unwrap();
+        let mut remembering = Remembering::new(&mut guarded, memory.clone());
+        let found = diagnosed(&mut remembering, memory.clone());
+        assert_eq!(memory.kept().as_deref(), Some(path.as_path()));
+        drop(memory);
+        runs += 1;
+        match found {
+            Ok(found) => break assert!(format!("{found:?}") == reference),
+            Err(error) => assert_eq!(error.exit_code(), 1),
+        }
+        let before = known;
+        known = results_in(&path, &read(&path).unwrap()).unwrap();
+        assert!(known >= before + 9, "{known} results after {before}");
+    }
+    println!("{runs} runs of 9 calls, {known} results");
+    assert!(runs > 3);
+}
+
+/// What `servobee identify` does with a short and lively part of the bench's record.
+fn diagnosed(evaluator: &mut dyn Evaluator, memory: Memory) -> Result<Identified> {
+    let text = std::fs::read_to_string(BENCH).unwrap();
+    let rows = text
+        .lines()
+        .take(1)
+        .chain(text.lines().skip(601).take(1000));
+    let text = rows.collect::<Vec<_>>().join("\n");
+    let records = [Record::parse("bench.csv", text.as_bytes(), &[])?];
+    let structure = structure_for(&records)?;
+    let parameters = parameters_for(&structure, &records);
+    let rate = structure.fastest_rate(&parameters);
+    let measurements = Measurements::new(&records, &[], Cut::default(), &structure, rate)?;
+    let effects = CATALOGUE.iter().flat_map(|entry| entry.on(&structure));
+    let options = Options {
+        effects: effects.collect(),
+        max_effects: 1,
+    };
+    let plan = Plan {
+        memory,
+        ..Plan::of_records(1)
+    };
+    let sizes = scale_of(&structure, &records);
+    identify(
+        structure,
+        parameters,
+        sizes,
+        measurements,
+        evaluator,
+        &plan,
+        &options,
+        &mut |_| ControlFlow::Continue(()),
+    )
+}
+
 #[test]
 fn what_cannot_be_made_is_passed_over_with_a_warning() {
     let broken = || {
         Standby::new("the first", Care::Device, || -> Result<CpuEvaluator> {
-            Err(servobee::Error::failed("no such device", "buy one"))
+            Err(Error::failed("no such device", "buy one"))
         })
     };
     let mut guarded = Guarded::new(broken(), [cpu()]).unwrap();
@@ -498,7 +620,6 @@ fn drivers(folder: &std::path::Path) -> [String; 2] {
 #[test]
 fn without_a_driver_auto_computes_on_the_cpu_and_gpu_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
-    let record = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv");
     for driver in drivers(folder.path()) {
         // Every name that Vulkan's loader knows for it; on other systems the backend is missing altogether.
         let set = [
@@ -506,7 +627,7 @@ fn without_a_driver_auto_computes_on_the_cpu_and_gpu_is_an_error() {
             ("VK_ICD_FILENAMES", driver.as_str()),
             ("WGPU_BACKEND", "vulkan"),
         ];
-        let call = ["identify", record, "--effects", "none", "--evaluator"];
+        let call = ["identify", BENCH, "--effects", "none", "--evaluator"];
         let auto = servobee_with(folder.path(), &[&call[..], &["auto"]].concat(), &set);
         let text = printed(&auto);
         assert!(text.contains("Evaluator: CPU (f32 lanes"), "{text}");

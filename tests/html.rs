@@ -4,7 +4,7 @@ mod browser;
 mod program;
 
 use browser::{Browser, Shown};
-use program::{printed, servobee, servobee_with};
+use program::{BENCH, printed, servobee, servobee_with};
 use std::fs::{copy, create_dir, read_to_string, write};
 use std::path::Path;
 use tempfile::TempDir;
@@ -62,11 +62,7 @@ impl Case {
         let record = format!("{}.csv", self.name);
         match self.synthesize {
             None => {
-                copy(
-                    concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv"),
-                    folder.join(&record),
-                )
-                .unwrap();
+                copy(BENCH, folder.join(&record)).unwrap();
             }
             Some(arguments) => {
                 printed(&servobee(
@@ -239,8 +235,7 @@ fn what_a_file_is_called_is_text_on_the_page() {
         "<img src=x onerror=alert(2)>&\".csv",
     ];
     create_dir(folder.path().join("<script>alert(1)<")).unwrap();
-    let text =
-        read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bench.csv")).unwrap();
+    let text = read_to_string(BENCH).unwrap();
     let mut lines = text.lines();
     let head = format!("{},<script>alert(3)</script>\n", lines.next().unwrap());
     let rows: String = lines.map(|line| format!("{line},1\n")).collect();

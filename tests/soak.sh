@@ -34,12 +34,15 @@ fuzz_part() {
 
 mutants_part() {
     cargo mutants --version > /dev/null 2>&1 || { missing mutants "cargo-mutants (cargo install cargo-mutants)"; return; }
-    # Every n-th one, so that each file has its share; tests that stop at the first failure.
-    local among=(-f 'src/model/**' -f 'src/search/**' -f 'src/diagnose/**') count
+    # Every n-th one, so that each file has its share; tests that stop at the first failure. Named by -C, they are all that is
+    # built for each mutant.
+    local among=(-f 'src/model/**' -f 'src/search/**' -f 'src/diagnose/**') tests=(-C=--lib) count name
+    for name in effects physics bees own evaluators card numbers diagnosis; do
+        tests+=("-C=--test=$name")
+    done
     count=$(cargo mutants --list "${among[@]}" | wc -l)
     SERVOBEE_SKIP_GPU=1 cargo mutants "${among[@]}" --sharding round-robin --shard "0/$((count / ${SERVOBEE_MUTANTS:-120}))" \
-        --output target --timeout-multiplier 3 -- --lib --test effects --test physics --test bees --test own \
-        --test evaluators --test card --test numbers --test diagnosis
+        --output target --timeout-multiplier 3 "${tests[@]}"
 }
 
 sanitize_part() {

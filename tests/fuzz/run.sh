@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Fuzzes the readers, one target after the other: bash tests/fuzz/run.sh [SECONDS [TARGET...]]
+# Fuzzes what reads files, and the whole of identify, all at once: bash tests/fuzz/run.sh [SECONDS [TARGET...]]
 #
-# Needs a nightly toolchain and cargo-fuzz; SERVOBEE_FUZZ_BIN names a folder with targets that are built. What is found, the corpora and the counts stay in target: fuzz-corpus, fuzz-found
-# and fuzz-counts.txt, a line a run with target, seconds, executions, and whether something was found.
+# Needs a nightly toolchain and cargo-fuzz; SERVOBEE_FUZZ_BIN names a folder with targets that are built. What is found, the
+# corpora and the counts stay in target: fuzz-corpus, fuzz-found and fuzz-counts.txt, a line a run with target, seconds,
+# executions, and whether something was found.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -42,19 +43,28 @@ fi
 
 # One thread: the fuzzer's other processes have the other cores.
 export RAYON_NUM_THREADS=1 ASAN_OPTIONS=detect_odr_violation=0
-status=0
-for target in "${targets[@]}"; do
-    corpus=target/fuzz-corpus/$target
-    found=target/fuzz-found/$target
-    log=target/fuzz-$target.log
+
+fuzz() {
+    local target=$1 result=nothing cpu executions ran TIMEFORMAT=%0U
+    local corpus=target/fuzz-corpus/$target found=target/fuzz-found/$target log=target/fuzz-$target.log
     mkdir -p "$corpus" "$found"
     seeds "$target" "$corpus"
-    result=nothing
     # shellcheck disable=SC2046 # options are words
-    "$bin/$target" "$corpus" $(options "$target") -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 -print_final_stats=1 \
-        -artifact_prefix="$found/" > "$log" 2>&1 || { result=found; status=1; }
+    cpu=$({ time "$bin/$target" "$corpus" $(options "$target") -max_total_time="$seconds" -timeout=30 -rss_limit_mb=1024 \
+        -print_final_stats=1 -artifact_prefix="$found/" > "$log" 2>&1; } 2>&1) || result=found
     executions=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
     ran=$(grep -aoE 'in [0-9]+ second' "$log" | grep -oE '[0-9]+' || echo '?')
-    echo "$(date -u +%FT%TZ) $target $ran s, ${executions:-?} executions, $result" | tee -a target/fuzz-counts.txt
+    echo "$(date -u +%FT%TZ) $target $ran s, $cpu s of CPU, ${executions:-?} executions, $result" | tee -a target/fuzz-counts.txt
+    [ "$result" = nothing ]
+}
+
+running=()
+for target in "${targets[@]}"; do
+    fuzz "$target" &
+    running+=($!)
+done
+status=0
+for process in "${running[@]}"; do
+    wait "$process" || status=1
 done
 exit "$status"

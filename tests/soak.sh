@@ -37,7 +37,7 @@ mutants_part() {
     # Every n-th one, so that each file has its share; tests that stop at the first failure. Named by -C, they are all that is
     # built for each mutant.
     local among=(-f 'src/model/**' -f 'src/search/**' -f 'src/diagnose/**') tests=(-C=--lib) count name
-    for name in effects physics bees polish own evaluators card numbers diagnosis; do
+    for name in effects physics shader bees polish own evaluators card numbers diagnosis; do
         tests+=("-C=--test=$name")
     done
     count=$(cargo mutants --list "${among[@]}" | wc -l)

@@ -3,7 +3,7 @@
 mod program;
 
 use program::{
-    BENCH, bench, columns, has_gpu, json, measured, names, off, printed, refused, rms, servobee,
+    bench, columns, has_gpu, json, measured, names, off, printed, refused, rms, servobee,
     servobee_with, value,
 };
 use serde_json::Value;
@@ -20,11 +20,7 @@ const BENCH_ROWS: [usize; 2] = [4200, 1800];
 
 /// A folder with a short and lively part of the same record, as text.
 fn excerpt() -> (TempDir, String) {
-    let text = read_to_string(BENCH).unwrap();
-    let mut lines = text.lines();
-    let header = lines.next().unwrap();
-    let rows: Vec<&str> = lines.skip(600).take(1500).collect();
-    let text = format!("{header}\n{}\n", rows.join("\n"));
+    let text = program::excerpt(1500);
     let folder = tempfile::tempdir().unwrap();
     write(folder.path().join("bench.csv"), &text).unwrap();
     (folder, text)

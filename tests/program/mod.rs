@@ -29,6 +29,15 @@ pub(crate) fn bench() -> TempDir {
     folder
 }
 
+/// A lively part of the same record with so many rows, as text.
+pub(crate) fn excerpt(rows: usize) -> String {
+    let text = read_to_string(BENCH).unwrap();
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    let rows: Vec<&str> = lines.skip(600).take(rows).collect();
+    format!("{header}\n{}\n", rows.join("\n"))
+}
+
 /// Whether tests have hours.
 pub(crate) fn soak() -> bool {
     std::env::var("SERVOBEE_SOAK").is_ok_and(|value| value == "1")

@@ -7,12 +7,12 @@ mod program;
 
 use common::{case, cases, near_start, on_bounds, random};
 use program::{BENCH, excerpt, printed, servobee_with};
-use servobee::diagnose::{Cut, Identified, Measurements, Options, identify};
+use servobee::diagnose::{Cut, Identified, Options, Question, identify};
 use servobee::evaluate::checkpoint::results_in;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{
     Care, Checkpoint, Cost, CpuEvaluator, Evaluator, Guarded, Job, Memory, PARITY, Population,
-    Precision, Problem, Remembering, Standby, parameters_for, scale_of, structure_for,
+    Precision, Problem, Remembering, Standby,
 };
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
@@ -339,30 +339,15 @@ fn what_was_computed_before_a_device_was_lost_is_kept() {
 /// What `servobee identify` does with a short and lively part of the bench's record.
 fn diagnosed(evaluator: &mut dyn Evaluator, memory: Memory) -> Result<Identified> {
     let records = [Record::parse("bench.csv", excerpt(1000).as_bytes(), &[])?];
-    let structure = structure_for(&records)?;
-    let parameters = parameters_for(&structure, &records);
-    let rate = structure.fastest_rate(&parameters);
-    let measurements = Measurements::new(&records, &[], Cut::default(), &structure, rate)?;
-    let effects = CATALOGUE.iter().flat_map(|entry| entry.on(&structure));
-    let options = Options {
-        effects: effects.collect(),
-        max_effects: 1,
-    };
+    let question = Question::of(&records, &[], Cut::default())?;
+    let options = Options::on(&question.structure, CATALOGUE, 1);
     let plan = Plan {
         memory,
         ..Plan::of_records(1)
     };
-    let sizes = scale_of(&structure, &records);
-    identify(
-        structure,
-        parameters,
-        sizes,
-        measurements,
-        evaluator,
-        &plan,
-        &options,
-        &mut |_| ControlFlow::Continue(()),
-    )
+    identify(question, evaluator, &plan, &options, &mut |_| {
+        ControlFlow::Continue(())
+    })
 }
 
 #[test]

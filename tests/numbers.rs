@@ -6,7 +6,7 @@ use common::effects::{BASE, piston, scale};
 use common::{Record, cases, effects, near_bounds, on_bounds, random};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servobee::diagnose::{Identified, Measurements, Options, identify};
+use servobee::diagnose::{Identified, Measurements, Options, Question, identify};
 use servobee::evaluate::problem::{Data, Series};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, STATE_LIMIT, Status, reference,
@@ -112,16 +112,18 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
         .for_each(|sample| sample.weight = 0.0);
     series.time.truncate(300);
     series.samples.truncate(300);
-    let sizes = scale(&structure);
-    identify(
+    let question = Question {
+        sizes: scale(&structure),
         structure,
         parameters,
-        sizes,
-        Measurements {
+        measurements: Measurements {
             fit: vec![series],
             hold_out: vec![held],
             rows: 400,
         },
+    };
+    identify(
+        question,
         &mut CpuEvaluator::new(Precision::F32),
         &Plan::of_records(1),
         &Options::default(),

@@ -5,9 +5,9 @@ use super::table::{number, table};
 use super::work::interrupted;
 use super::{card, colour, interrupt};
 use servobee::card::Card;
-use servobee::diagnose::{self, Compared, Cut, Identified, Measurements, ROWS, Verdict, identify};
+use servobee::diagnose::{self, Compared, Cut, Identified, Question, ROWS, Verdict, identify};
 use servobee::evaluate::problem::Series;
-use servobee::evaluate::{Fingerprint, parameters_for, scale_of, structure_for};
+use servobee::evaluate::{Fingerprint, parameters_for, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Mapping, Record, check_mappings};
 use servobee::report::{
@@ -97,13 +97,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Some(file) => file.parameters(parameters)?,
         None => parameters,
     };
-    let rate = structure.fastest_rate(&parameters);
     let cut = Cut {
         hold_out: arguments.hold_out_share,
         rows: arguments.max_rows,
     };
-    let measurements = Measurements::new(&records, &held_out, cut, &structure, rate)?;
-
+    let question = Question::new(structure, parameters, &records, &held_out, cut)?;
+    drop((records, held_out));
+    let measurements = &question.measurements;
     let used = measurements.used();
     if used < measurements.rows {
         let stretches = measurements.fit.len() + measurements.hold_out.len();
@@ -112,19 +112,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             measurements.rows
         ));
     }
-    let sizes = scale_of(&structure, &records);
-    drop((records, held_out));
 
     let mut chosen = arguments.options.evaluator()?;
     let mut plan = Plan::of_records(arguments.options.seed);
-    let effects = entries.iter().flat_map(|entry| entry.on(&structure));
-    let options = diagnose::Options {
-        effects: effects.collect(),
-        max_effects: arguments.max_effects,
-    };
+    let options = diagnose::Options::on(&question.structure, &entries, arguments.max_effects);
     let mut fingerprint = Fingerprint::default();
     fingerprint.text(&format!(
-        "identify {structure:?} {parameters:?} {plan:?} {options:?}"
+        "identify {:?} {:?} {plan:?} {options:?}",
+        question.structure, question.parameters
     ));
     for series in measurements.fit.iter().chain(&measurements.hold_out) {
         tell_of(&mut fingerprint, series);
@@ -133,19 +128,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     plan.memory = work.memory.clone();
     let bar = spinner();
     let result = work.run(&mut chosen, |evaluator| {
-        identify(
-            structure.clone(),
-            parameters.clone(),
-            sizes.clone(),
-            measurements.clone(),
-            evaluator,
-            &plan,
-            &options,
-            &mut |stage| {
-                bar.set_message(stage.to_owned());
-                interrupt::goes_on()
-            },
-        )
+        identify(question.clone(), evaluator, &plan, &options, &mut |stage| {
+            bar.set_message(stage.to_owned());
+            interrupt::goes_on()
+        })
     });
     bar.set_message("valve card");
     let result = result.map(|(identified, of_run)| {

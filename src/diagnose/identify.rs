@@ -7,12 +7,12 @@ use super::measurements::Measurements;
 use super::score::{Compared, errors};
 use super::stage::Stage;
 use super::verdict::Grounds;
-use super::{Added, Considered, Improvement, Noise, Remaining, Residuals, Verdict};
+use super::{Added, Considered, Improvement, Noise, Question, Remaining, Residuals, Verdict};
 use super::{improvement, noise_floor, remaining};
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem, Score, reference};
-use crate::model::effects::{Effect, Scale};
-use crate::model::{Output, Parameter, Structure};
+use crate::model::effects::{Effect, Entry, Scale};
+use crate::model::{Output, Structure};
 use crate::search::{Fit, Plan, fit, refine};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -54,6 +54,15 @@ pub struct Options {
 }
 
 impl Options {
+    /// At most `max_effects` of `entries`, in every form in which they can act on `structure`.
+    pub fn on(structure: &Structure, entries: &[&'static Entry], max_effects: usize) -> Self {
+        let effects = entries.iter().flat_map(|entry| entry.on(structure));
+        Self {
+            effects: effects.collect(),
+            max_effects,
+        }
+    }
+
     /// Whether anything may be added.
     fn any(&self) -> bool {
         self.max_effects > 0 && !self.effects.is_empty()
@@ -136,22 +145,24 @@ impl Identified {
     }
 }
 
-/// Fits `structure` to the measurements, finds out which effects it lacks, and looks at the residual. `progress` is told
+/// Fits the base model to the measurements, finds out which effects it lacks, and looks at the residual. `progress` is told
 /// each stage and generation, and may break off: the result is then what is known so far.
 ///
 /// # Errors
 /// If the search fails: see [`fit`]; or the integrator errs by more than the noise.
-#[allow(clippy::too_many_arguments, reason = "each is a part of the question")]
 pub fn identify(
-    structure: Structure,
-    parameters: Vec<Parameter>,
-    sizes: Scale,
-    measurements: Measurements,
+    question: Question,
     evaluator: &mut dyn Evaluator,
     plan: &Plan,
     options: &Options,
     progress: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Identified> {
+    let Question {
+        structure,
+        parameters,
+        sizes,
+        measurements,
+    } = question;
     let mut stage = Stage::new(progress);
     let mut problem = Problem::new(
         structure,

@@ -4,8 +4,8 @@ use super::outcome::{Outcome, judge};
 use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
-use crate::diagnose::{Cut, Identified, Measurements, Options, Sides, Verdict, identify};
-use crate::evaluate::{CpuEvaluator, Precision, parameters_for, scale_of, structure_for};
+use crate::diagnose::{Cut, Identified, Options, Question, Sides, Verdict, identify};
+use crate::evaluate::{CpuEvaluator, Precision};
 use crate::model::effects::CATALOGUE;
 use crate::record::{Channel, Record};
 use crate::rig::{Command, Form, Kind, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve};
@@ -221,22 +221,11 @@ impl Case {
 fn diagnose(record: Record) -> Result<Identified> {
     record.check_excited()?;
     let records = [record];
-    let structure = structure_for(&records)?;
-    let parameters = parameters_for(&structure, &records);
-    let rate = structure.fastest_rate(&parameters);
-    let measurements = Measurements::new(&records, &[], Cut::default(), &structure, rate)?;
-    let effects = CATALOGUE.iter().flat_map(|entry| entry.on(&structure));
-    let options = Options {
-        effects: effects.collect(),
-        max_effects: MAX_EFFECTS,
-    };
-    let sizes = scale_of(&structure, &records);
+    let question = Question::of(&records, &[], Cut::default())?;
+    let options = Options::on(&question.structure, CATALOGUE, MAX_EFFECTS);
     let mut evaluator = CpuEvaluator::new(Precision::F32);
     identify(
-        structure,
-        parameters,
-        sizes,
-        measurements,
+        question,
         &mut evaluator,
         &Plan::of_records(DIAGNOSIS),
         &options,

@@ -4,8 +4,8 @@
 
 use servobee::Error;
 use servobee::card::Card;
-use servobee::diagnose::{Cut, Measurements, Options, identify};
-use servobee::evaluate::{Choice, choose, parameters_for, scale_of, structure_for};
+use servobee::diagnose::{Cut, Options, Question, identify};
+use servobee::evaluate::{Choice, choose};
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
 use servobee::report::{Document, ModelFile, page};
@@ -31,17 +31,12 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         return;
     }
     let records = [record];
-    let Some(structure) = located(PATH, structure_for(&records)) else {
+    let question = Question::of(&records, &[], Cut::default());
+    let Some(question) = located(PATH, question) else {
         return;
     };
-    let parameters = parameters_for(&structure, &records);
-    let rate = structure.fastest_rate(&parameters);
-    let measured = Measurements::new(&records, &[], Cut::default(), &structure, rate);
-    let Some(measurements) = located(PATH, measured) else {
-        return;
-    };
-    let samples = measurements
-        .hold_out
+    let held = &question.measurements.hold_out;
+    let samples = held
         .iter()
         .flat_map(|series| &series.samples);
     if samples
@@ -67,18 +62,11 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     };
     // Which effects may be added is a part of the input.
     let choice = usize::from(bytes[1]);
-    let entries = CATALOGUE.iter().skip(choice % CATALOGUE.len()).take(3);
-    let options = Options {
-        effects: entries.flat_map(|entry| entry.on(&structure)).collect(),
-        max_effects: 1,
-    };
-    let sizes = scale_of(&structure, &records);
+    let entries = &CATALOGUE[choice % CATALOGUE.len()..];
+    let options = Options::on(&question.structure, &entries[..entries.len().min(3)], 1);
     let mut chosen = choose(Choice::Cpu).expect("there is always a CPU");
     let identified = identify(
-        structure,
-        parameters,
-        sizes,
-        measurements,
+        question,
         chosen.evaluator.as_mut(),
         &plan,
         &options,

@@ -251,7 +251,10 @@ mod tests {
                 .map(|seed| {
                     let white = white(3500, seed);
                     let noise = corner.map_or(white.clone(), |corner| filtered(&white, corner));
-                    block_length(&noise, &[0])
+                    let length = block_length(&noise, &[0]);
+                    let in_metres: Vec<f64> = noise.iter().map(|mm| 1e-3 * mm).collect();
+                    assert_eq!(block_length(&in_metres, &[0]), length);
+                    length
                 })
                 .collect();
             lengths.sort();

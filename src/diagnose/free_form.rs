@@ -118,3 +118,25 @@ fn knots(mut values: Vec<f64>) -> Option<Vec<f64>> {
     let knot = |i: usize| low + (high - low) * i as f64 / (KNOTS - 1) as f64;
     (high > low && low.is_finite() && high.is_finite()).then(|| (0..KNOTS).map(knot).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knots_are_equally_far_apart_and_blind_to_the_outermost_values() {
+        let values: Vec<f64> = (0..=1000).rev().map(f64::from).collect();
+        let found = knots(values.clone()).unwrap();
+        assert_eq!(found.len(), KNOTS);
+        assert_eq!((found[0], found[KNOTS - 1]), (5.0, 995.0));
+        let apart = 990.0 / (KNOTS - 1) as f64;
+        assert!(
+            found
+                .windows(2)
+                .all(|pair| (pair[1] - pair[0] - apart).abs() < 1e-9),
+            "{found:?}"
+        );
+        assert_eq!(knots(vec![3.0; 50]), None);
+        assert_eq!(knots([vec![f64::NAN; 9], values].concat()), None);
+    }
+}

@@ -338,6 +338,25 @@ mod tests {
     }
 
     #[test]
+    fn the_middle_rest_counts_by_its_rows() {
+        let rest = |size: f64, rows: usize, seed: u64| -> Vec<f64> {
+            white(rows, seed).iter().map(|e| size * e).collect()
+        };
+        for (rows, expected) in [
+            ([2000, 300, 300], 1.0),
+            ([300, 2000, 300], 4.0),
+            ([300, 300, 2000], 9.0),
+            ([700, 600, 700], 4.0),
+        ] {
+            let [a, b, c] = rows;
+            let quiet = [rest(3.0, c, 1), rest(1.0, a, 2), rest(2.0, b, 3)];
+            let found = typical_variance(&quiet);
+            assert!((found / expected - 1.0).abs() < 0.2, "{rows:?}: {found}");
+        }
+        assert_eq!(typical_variance(&[]), 0.0);
+    }
+
+    #[test]
     fn quiet_stretches_show_the_noise() {
         for count in [3500, 6998] {
             let command = command(count);

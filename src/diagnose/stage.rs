@@ -48,3 +48,38 @@ impl<'a> Stage<'a> {
         self.broken_off.then_some(&self.now)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_broken_off_begins_nothing_more_and_says_where() {
+        let mut heard = Vec::new();
+        let mut tell = |what: &str| {
+            heard.push(what.to_owned());
+            match what {
+                "second, generation 2" => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            }
+        };
+        let mut stage = Stage::new(&mut tell);
+        stage.begins("first");
+        assert!(stage.generation(1).is_continue() && stage.goes_on());
+        stage.begins("second");
+        assert!(stage.generation(1).is_continue() && stage.goes_on());
+        assert_eq!(stage.broken_off(), None);
+        assert!(stage.generation(2).is_break() && !stage.goes_on());
+        stage.begins("third");
+        assert!(stage.generation(3).is_break() && !stage.goes_on());
+        assert_eq!(stage.broken_off(), Some("second"));
+        let all = [
+            "first",
+            "first, generation 1",
+            "second",
+            "second, generation 1",
+            "second, generation 2",
+        ];
+        assert_eq!(heard, all);
+    }
+}

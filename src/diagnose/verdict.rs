@@ -53,3 +53,47 @@ impl Grounds {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_are_believed_for_what_they_explain_or_leave_no_trace_of() {
+        let grounds = |before, after, added, structured_before, structured_after| Grounds {
+            before,
+            after,
+            added,
+            structured_before,
+            structured_after,
+        };
+        for (grounds, explained, verdict) in [
+            (grounds(1.0, 1.0, false, false, false), 1.0, Verdict::None),
+            (grounds(0.9, 0.9, false, false, false), 1.0, Verdict::None),
+            (
+                grounds(6.0, 6.0, false, true, true),
+                0.0,
+                Verdict::Unexplained,
+            ),
+            (
+                grounds(6.0, 2.5, true, true, true),
+                0.7,
+                Verdict::Unexplained,
+            ),
+            (grounds(6.0, 2.5, true, true, false), 0.7, Verdict::Found),
+            (grounds(6.0, 1.5, true, true, true), 0.9, Verdict::Found),
+            (grounds(6.0, 0.5, true, true, true), 1.0, Verdict::Found),
+            (
+                grounds(6.0, 8.5, true, true, true),
+                -0.5,
+                Verdict::Unexplained,
+            ),
+        ] {
+            assert!(
+                (grounds.explained() - explained).abs() < 1e-12,
+                "{grounds:?}"
+            );
+            assert_eq!(grounds.verdict(), verdict, "{grounds:?}");
+        }
+    }
+}

@@ -276,3 +276,48 @@ fn inflation(problem: &Problem, free: &[f64]) -> f64 {
     let stretches: Vec<&[f64]> = stretches.iter().map(Vec::as_slice).collect();
     autocorrelation_inflation(&stretches)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::problem::{Sample, Series};
+    use crate::model::{Output, Structure};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn coloured_residuals_count_for_less_by_their_colour_alone() {
+        let structure = Structure::actuator(10.0, "V");
+        let parameters = structure.parameters();
+        let time: Vec<f64> = (0..20_000).map(|k| f64::from(k) * 1e-3).collect();
+        let sample = |t: &f64| Sample {
+            pieces: 1,
+            input: [5.0 * (9.0 * t).sin(), 0.0, 0.0, 0.0, 0.0, 0.0, *t],
+            weight: f64::from(u8::from(*t >= 1.0)),
+            ..Sample::default()
+        };
+        let samples = time.iter().map(sample).collect();
+        let mut series = Series {
+            name: "run".into(),
+            time,
+            samples,
+        };
+        series.set_steps(structure.fastest_rate(&parameters), 1);
+        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let outputs = reference::trajectories(&structure, &values, std::slice::from_ref(&series));
+        for (rho, size, expected) in [(0.0, 0.1, 1.0), (0.8, 0.1, 9.0), (0.8, 1e-4, 9.0)] {
+            let mut rng = ChaCha8Rng::seed_from_u64(1);
+            let mut residual = 0.0;
+            for (sample, row) in series.samples.iter_mut().zip(&outputs[0]) {
+                residual = rho * residual + rng.random_range(-1.0..1.0);
+                // What runs in is not compared.
+                let off = if sample.weight > 0.0 { 0.0 } else { 100.0 };
+                sample.target[Output::Spool as usize] = row[0] + size * residual + off;
+            }
+            let data = Data::Series(vec![series.clone()]);
+            let problem = Problem::new(structure.clone(), parameters.clone(), data);
+            let found = inflation(&problem, &problem.start());
+            assert!((found / expected - 1.0).abs() < 0.15, "{rho}: {found}");
+        }
+    }
+}

@@ -148,3 +148,94 @@ impl Spectrum {
         Some((bin, -(tried * (-chance.exp()).ln_1p()).exp_m1()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    fn with_powers(power: impl Fn(usize) -> f64) -> Vec<Complex<f64>> {
+        (0..400)
+            .map(|k| Complex::new(power(k).sqrt(), 0.0))
+            .collect()
+    }
+
+    #[test]
+    fn a_level_is_that_of_a_frequencys_neighbours_without_its_own() {
+        let spectrum = Spectrum::new(400);
+        let ramp = spectrum.medians(&with_powers(|k| k as f64));
+        assert_eq!(ramp.len(), 200);
+        // 25 below and 26 above; at the ends the 51 nearest on one side.
+        for (k, median) in [
+            (100, 101.0),
+            (1, 27.0),
+            (26, 27.0),
+            (27, 28.0),
+            (199, 173.0),
+        ] {
+            assert!((ramp[k] - median).abs() < 1e-9, "{k}: {}", ramp[k]);
+        }
+    }
+
+    #[test]
+    fn a_line_marks_itself_and_both_its_neighbours() {
+        let spectrum = Spectrum::new(400);
+        let line = with_powers(|k| if k == 100 { 1e4 } else { 1.0 });
+        let peaks = spectrum.peaks(&line);
+        let marked: Vec<usize> = (0..peaks.len()).filter(|&k| peaks[k]).collect();
+        assert_eq!(marked, [99, 100, 101]);
+        let (bin, chance) = spectrum.strongest_line(&line, &vec![false; 201]).unwrap();
+        assert!(bin == 100 && chance < 1e-6, "{bin} {chance}");
+        // What is known is no line, and what is slower than four periods is a drift.
+        let (bin, chance) = spectrum.strongest_line(&line, &peaks).unwrap();
+        assert!(bin != 100 && chance > 0.9, "{bin} {chance}");
+        let drift = with_powers(|k| if k == 3 { 1e4 } else { 1.0 });
+        let (bin, _) = spectrum.strongest_line(&drift, &vec![false; 201]).unwrap();
+        assert!(bin != 3);
+    }
+
+    #[test]
+    fn the_chance_of_a_power_is_how_often_noise_has_it() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut exponential = || -(1.0 - rng.random::<f64>()).ln();
+        let rounds = 20_000;
+        let ratios: Vec<f64> = (0..rounds)
+            .map(|_| {
+                let mut around: Vec<f64> = (0..NEIGHBOURS).map(|_| exponential()).collect();
+                around.sort_by(f64::total_cmp);
+                exponential() / around[MIDDLE - 1]
+            })
+            .collect();
+        for ratio in [1.0, 3.0, 6.0] {
+            let seen = ratios.iter().filter(|&&one| one > ratio).count() as f64 / rounds as f64;
+            let chance = Spectrum::log_chance(5.0 * ratio, 5.0).exp();
+            let deviation = (chance / rounds as f64).sqrt();
+            assert!(
+                (seen - chance).abs() < 4.0 * deviation,
+                "{ratio}: {seen} of {chance}"
+            );
+        }
+    }
+
+    #[test]
+    fn noise_is_drawn_with_the_power_that_it_is_asked_for() {
+        let spectrum = Spectrum::new(400);
+        let shape: Vec<f64> = (0..200).map(|k| if k < 50 { 9.0 } else { 1.0 }).collect();
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut powers = [0.0; 2];
+        for _ in 0..200 {
+            let drawn = spectrum.draw(&shape, &mut rng);
+            let rows = spectrum.back(&drawn);
+            assert!((rows.iter().map(|row| row * row).sum::<f64>() - 1.0).abs() < 1e-12);
+            let power = |range: std::ops::Range<usize>| {
+                let count = range.len() as f64;
+                drawn[range].iter().map(Complex::norm_sqr).sum::<f64>() / count
+            };
+            powers[0] += power(1..50);
+            powers[1] += power(50..200);
+        }
+        let ratio = powers[0] / powers[1];
+        assert!((ratio - 9.0).abs() < 0.5, "{ratio}");
+    }
+}

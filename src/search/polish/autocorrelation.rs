@@ -31,16 +31,20 @@ pub fn autocorrelation_inflation(stretches: &[&[f64]]) -> f64 {
         return 1.0;
     }
 
-    let rest = neighbour_correlation(whitened());
-    let alpha = 4.0 * rest * rest / (1.0 - rest * rest).powi(2);
     let longest = whitened().map(<[f64]>::len).max().unwrap_or(1);
-    let width = (1.1447 * (alpha * left_count).cbrt()).round() as usize;
-    let width = width.clamp(1, longest);
+    let width = bandwidth(neighbour_correlation(whitened()), left_count).clamp(1, longest);
     let moving: f64 = whitened()
         .map(|stretch| moving_squares(stretch, width))
         .sum();
     let long_run = moving / (width as f64 * left_count) / (1.0 - rho).powi(2);
     (long_run * count / squares).max(1.0)
+}
+
+/// The automatic width of Bartlett's window for `count` residuals of a first-order autoregression ρ (Andrews 1991, eq. 6.2
+/// and 6.4).
+fn bandwidth(rho: f64, count: f64) -> usize {
+    let alpha = 4.0 * rho * rho / (1.0 - rho * rho).powi(2);
+    (1.1447 * (alpha * count).cbrt()).round() as usize
 }
 
 /// Sum of squares and number of the residuals.
@@ -83,6 +87,8 @@ fn moving_squares(stretch: &[f64], width: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
 
     #[test]
     fn moving_sums_equal_the_bartlett_window() {
@@ -97,6 +103,53 @@ mod tests {
                 (moving_squares(&r, width) - expected).abs() < 1e-12,
                 "width {width}"
             );
+        }
+    }
+
+    #[test]
+    fn the_automatic_width_grows_with_correlation_and_count() {
+        // 1.1447 (4 ρ² / ((1 − ρ)² (1 + ρ)²) n)^(1/3), by hand.
+        for (rho, count, width) in [
+            (0.0, 1e4, 0),
+            (0.5, 1e3, 14),
+            (-0.5, 1e3, 14),
+            (0.1, 1e4, 8),
+            (0.8, 1e5, 144),
+        ] {
+            assert_eq!(bandwidth(rho, count), width, "{rho} {count}");
+        }
+    }
+
+    #[test]
+    fn a_mean_of_coloured_residuals_is_as_uncertain_as_their_spectrum_at_zero_says() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let white: Vec<f64> = (0..60_000).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let moving: Vec<f64> = white.windows(3).map(|w| w[0] + w[1] + w[2]).collect();
+        let autoregressive = |rho: f64| -> Vec<f64> {
+            let filter = |state: &mut f64, input: &f64| {
+                *state = rho * *state + input;
+                Some(*state)
+            };
+            white.iter().scan(0.0, filter).collect()
+        };
+        // (1 + ρ) / (1 − ρ); of a moving sum of three its squared gain at zero, 9, over its variance, 3.
+        for (residuals, expected, tolerance) in [
+            (white.clone(), 1.0, 0.1),
+            (autoregressive(0.5), 3.0, 0.1),
+            (autoregressive(0.9), 19.0, 0.1),
+            (autoregressive(-0.5), 1.0, 0.1),
+            // No first-order filter whitens this: what is left depends on the window.
+            (moving, 3.0, 0.2),
+        ] {
+            // The ends of a hundred stretches are no neighbours.
+            for length in [residuals.len(), 600] {
+                let stretches: Vec<&[f64]> = residuals.chunks(length).collect();
+                let found = autocorrelation_inflation(&stretches);
+                assert!(
+                    (found / expected - 1.0).abs() < tolerance,
+                    "{found} instead of {expected} in stretches of {length}"
+                );
+            }
         }
     }
 }

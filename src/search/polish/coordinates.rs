@@ -158,3 +158,62 @@ pub(super) fn slope(parameter: &Parameter, value: f64) -> f64 {
         Scale::Log => value,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters() -> [Parameter; 2] {
+        [
+            Parameter::linear("length", "mm", 0.0, 2.0, 5.0),
+            Parameter::log("gain", "1/s", 1.0, 100.0, 1000.0),
+        ]
+    }
+
+    #[test]
+    fn a_step_is_small_beside_a_value_or_by_its_logarithm() {
+        let parameters = parameters();
+        let space = Coordinates::new(&parameters, &[2.0, 100.0]);
+        let small = |position: [f64; 2], step: [f64; 2]| {
+            space.is_small(&position.to_vec().into(), &step.to_vec().into(), 1e-3)
+        };
+        assert!(small([2.0, 7.0], [2.0e-3, 1.0e-3]));
+        assert!(small([2.0, 7.0], [-2.0e-3, -1.0e-3]));
+        assert!(!small([2.0, 7.0], [2.01e-3, 0.0]));
+        assert!(!small([2.0, 7.0], [0.0, 1.01e-3]));
+        assert!(!small([-2.0, 7.0], [-2.01e-3, 0.0]));
+        // Beside nothing at all the square of the tolerance is small.
+        assert!(small([0.0, 7.0], [0.9e-6, 0.0]));
+        assert!(!small([0.0, 7.0], [1.1e-6, 0.0]));
+    }
+
+    #[test]
+    fn a_residual_that_leads_out_of_the_box_is_not_followed() {
+        let parameters = &parameters()[..1];
+        let space = Coordinates::new(parameters, &[2.0]);
+        // A quarter of the residual's square can be followed: its cosine is a half.
+        let cosine = |slope: f64, position: f64| {
+            let triangle = Triangle::gather(1, |row| {
+                row(1.0, &[slope]);
+                row(3_f64.sqrt(), &[0.0]);
+                true
+            });
+            space.stationarity(&triangle.unwrap(), &DVector::from_element(1, position))
+        };
+        for (slope, position, expected) in [
+            (7.0, 2.0, 0.5),
+            (-7.0, 2.0, 0.5),
+            (7.0, 0.0, 0.0),
+            (-7.0, 0.0, 0.5),
+            (7.0, 5.0, 0.5),
+            (-7.0, 5.0, 0.0),
+            (0.0, 2.0, 0.0),
+        ] {
+            let found = cosine(slope, position);
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{slope} {position}: {found}"
+            );
+        }
+    }
+}

@@ -228,6 +228,40 @@ fn a_datasheet_has_its_page() {
 }
 
 #[test]
+fn a_hum_is_shown_over_its_period() {
+    let folder = TempDir::new().unwrap();
+    let hum = "periodic_disturbance.spool=0.1:frequency=50";
+    let record = [
+        "synthesize",
+        "--command",
+        "chirp",
+        "--effect",
+        hum,
+        "--seconds",
+        "4",
+        "--no-flow",
+        "--out",
+        "hum.csv",
+    ];
+    printed(&servobee(folder.path(), &record));
+    let call = [
+        "identify",
+        "hum.csv",
+        "--effects",
+        "periodic_disturbance",
+        "--out",
+        "out",
+    ];
+    printed(&servobee(folder.path(), &call));
+    let page = read_to_string(folder.path().join("out/report.html")).unwrap();
+    let signature = between(&page, "id=\"signature\"", "</figure>");
+    assert!(
+        signature[0].contains("phase of the oscillation [periods]"),
+        "{signature:?}"
+    );
+}
+
+#[test]
 fn what_a_file_is_called_is_text_on_the_page() {
     let folder = TempDir::new().unwrap();
     let names = [

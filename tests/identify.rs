@@ -6,6 +6,8 @@ use program::{
     bench, columns, has_gpu, json, measured, names, off, printed, refused, rms, servobee,
     servobee_with, value,
 };
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
@@ -309,8 +311,9 @@ fn the_gpu_finds_the_parameters_that_the_cpu_finds() {
     }
 }
 
-/// A folder with `record.csv` that an actuator with these K, T and S gives exactly, and perhaps a spool gain.
-fn planted(values: &[f64], spool_unit: Option<&str>) -> TempDir {
+/// A folder with `record.csv` that an actuator with these K, T and S gives exactly, and perhaps a spool gain; and even noise of
+/// up to `noise`.
+fn planted(values: &[f64], spool_unit: Option<&str>, noise: f64) -> TempDir {
     let structure = Structure {
         spool_unit: spool_unit.map(String::from),
         ..Structure::actuator(10.0, "V")
@@ -328,7 +331,10 @@ fn planted(values: &[f64], spool_unit: Option<&str>) -> TempDir {
     // As fine as for any parameters that a search may try.
     series.set_steps(2e4, 1);
     let simulated = outputs(&structure, values, &series);
-    let spool = simulated.iter().map(|row| row[Output::Spool as usize]);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut measured =
+        |row: &[f64; 3]| row[Output::Spool as usize] + noise * rng.random_range(-1.0..=1.0);
+    let spool = simulated.iter().map(&mut measured);
     let spool = record::Series::new(structure.unit(Output::Spool), spool.collect());
     let channels = [(Channel::Command, command), (Channel::Spool, spool)];
     let folder = tempfile::tempdir().unwrap();
@@ -339,7 +345,7 @@ fn planted(values: &[f64], spool_unit: Option<&str>) -> TempDir {
 
 #[test]
 fn a_planted_actuator_is_recovered() {
-    let folder = planted(&[250.0, 0.004, 1.5], None);
+    let folder = planted(&[250.0, 0.004, 1.5], None, 0.0);
     let report = report(folder.path(), &["record.csv"]);
     for (name, planted) in [
         ("gain", 250.0),
@@ -356,7 +362,7 @@ fn a_planted_actuator_is_recovered() {
 
 #[test]
 fn a_planted_gain_between_units_is_recovered() {
-    let folder = planted(&[120.0, 0.006, 3.0, -8.0], Some("%"));
+    let folder = planted(&[120.0, 0.006, 3.0, -8.0], Some("%"), 0.0);
     let report = report(folder.path(), &["record.csv"]);
     for (name, planted) in [
         ("gain", 120.0),
@@ -367,6 +373,15 @@ fn a_planted_gain_between_units_is_recovered() {
         let found = value(&report, name);
         assert!(off(found, planted) < 1e-4, "{name}: {found}");
     }
+}
+
+#[test]
+fn where_nothing_rests_or_repeats_the_residual_shows_the_noise() {
+    let folder = planted(&[250.0, 0.004, 1.5], None, 0.1);
+    let report = report(folder.path(), &["record.csv", "--effects", "none"]);
+    assert_eq!(report["noise_method"]["spool"], "high-pass residual");
+    let found = report["noise_floor"]["spool"].as_f64().unwrap();
+    assert!(off(found, 0.1 / 3_f64.sqrt()) < 0.1, "{found}");
 }
 
 #[test]
@@ -448,6 +463,14 @@ fn an_undeclared_delay_is_named_added_and_explains_everything() {
     let considered = report["considered"].as_array().unwrap();
     let names = considered.iter().filter(|one| one["round"] == 1).count();
     assert!(names >= 19, "{names} effects looked at");
+    for one in considered {
+        let chance = one["decision"]
+            .as_str()
+            .unwrap()
+            .starts_with("not significant");
+        let by_chance = one["error_after"].is_null() && number(&one["p_value"]) > 0.01;
+        assert_eq!(chance, by_chance, "{one}");
+    }
     assert!(report["free_form"].is_null());
 }
 

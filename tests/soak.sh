@@ -37,12 +37,12 @@ mutants_part() {
     # Every n-th one, so that each file has its share; tests that stop at the first failure. Named by -C, they are all that is
     # built for each mutant.
     local among=(-f 'src/model/**' -f 'src/search/**' -f 'src/diagnose/**') tests=(-C=--lib) count name
-    for name in effects physics shader bees polish own evaluators card numbers diagnosis; do
+    for name in effects physics shader bees polish own evaluators card numbers diagnosis identify html; do
         tests+=("-C=--test=$name")
     done
     count=$(cargo mutants --list "${among[@]}" | wc -l)
-    SERVOBEE_SKIP_GPU=1 cargo mutants "${among[@]}" --sharding round-robin --shard "0/$((count / ${SERVOBEE_MUTANTS:-120}))" \
-        --output target --timeout-multiplier 3 "${tests[@]}"
+    SERVOBEE_SKIP_GPU=1 SERVOBEE_SKIP_BROWSER=1 cargo mutants "${among[@]}" --sharding round-robin \
+        --shard "0/$((count / ${SERVOBEE_MUTANTS:-120}))" --output target --timeout-multiplier 3 "${tests[@]}"
 }
 
 sanitize_part() {

@@ -388,6 +388,23 @@ mod tests {
     }
 
     #[test]
+    fn two_records_of_one_command_are_repeats() {
+        let once = |k: usize| 6.0 * (k as f64 * 0.011).sin() + (k as f64 * 0.037).sin();
+        let command: Vec<f64> = (0..4000).map(|k| once(k % 2000)).collect();
+        let noise = white(4000, 1);
+        let response = filtered(&command[..2000], 20.0);
+        let measured: Vec<f64> = (0..4000)
+            .map(|k| response[k % 2000] + 0.03 * noise[k])
+            .collect();
+        let residual: Vec<f64> = (0..4000)
+            .map(|k| 0.2 * response[k % 2000] + 0.03 * noise[k])
+            .collect();
+        let found = noise_floor(&[0, 2000], &command, &measured, &residual);
+        assert_eq!(found.method, "repeated command");
+        assert!((found.value / 0.03 - 1.0).abs() < 0.05, "{}", found.value);
+    }
+
+    #[test]
     fn repeats_show_the_noise_whatever_the_model_misses() {
         let period = |k: usize| 6.0 * ((k % 1500) as f64 / 1500.0 * std::f64::consts::TAU).sin();
         let command: Vec<f64> = (0..500).map(|_| 0.0).chain((0..4500).map(period)).collect();

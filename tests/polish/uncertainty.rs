@@ -219,6 +219,31 @@ fn a_weak_pair_is_named() {
 }
 
 #[test]
+fn two_weak_pairs_are_told_apart() {
+    let half = |i: i32| f64::from(i % 50) / 10.0;
+    let mut problem = Curve {
+        points: (0..100)
+            .map(|i| (half(i) + if i < 50 { 0.0 } else { 100.0 }, half(i)))
+            .map(|(x, t)| (x, 0.3 * t + 0.05 * (37.0 * x).sin()))
+            .collect(),
+        model: |x, p, gradient| {
+            let (first, t) = if x < 100.0 { (0, x) } else { (2, x - 100.0) };
+            gradient.fill(0.0);
+            gradient[first] = t;
+            gradient[first + 1] = t + 1e-3 * t * t;
+            p[first] * t + p[first + 1] * (t + 1e-3 * t * t)
+        },
+    };
+    let names = ["delay", "lag", "other delay", "other lag"];
+    let parameters = names.map(|name| Parameter::linear(name, "s", -1.0, 0.0, 1.0));
+    let (_, uncertainty) = polished(&mut problem, &parameters, &[0.1; 4]);
+    let groups = uncertainty.unidentifiable;
+    assert!(groups.iter().all(|group| group.kind == Kind::Weak));
+    let groups: Vec<&[usize]> = groups.iter().map(|group| &group.parameters[..]).collect();
+    assert_eq!(groups, [&[0, 1], &[2, 3]]);
+}
+
+#[test]
 fn as_many_parameters_as_residuals_leave_no_interval() {
     let parameters = [unbounded("a"), unbounded("b")];
     let (_, uncertainty) = polished(&mut Valley, &parameters, &[-1.2, 1.0]);

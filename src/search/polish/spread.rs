@@ -97,3 +97,23 @@ fn moved(
     }
     moved
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_is_followed_to_its_length_or_the_first_bound() {
+        let parameters = ["a", "b"].map(|name| Parameter::linear(name, "1", 0.0, 1.0, 10.0));
+        let step = [(0, 1.0), (1, -0.5)];
+        let end = |sign, length| moved(&parameters, &[2.0, 3.0], &step, sign, length);
+        assert_eq!(end(1.0, 1.0), [3.0, 2.5]);
+        assert_eq!(end(-1.0, 1.0), [1.0, 3.5]);
+        // The second is at its lower bound first, and on the way back the first.
+        assert_eq!(end(1.0, f64::INFINITY), [8.0, 0.0]);
+        assert_eq!(end(-1.0, f64::INFINITY), [0.0, 4.0]);
+        let still = [(0, 0.0), (1, 1.0)];
+        let up = moved(&parameters, &[2.0, 3.0], &still, 1.0, f64::INFINITY);
+        assert_eq!(up, [2.0, 10.0]);
+    }
+}

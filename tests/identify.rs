@@ -332,9 +332,9 @@ fn planted(values: &[f64], spool_unit: Option<&str>, noise: f64) -> TempDir {
     series.set_steps(2e4, 1);
     let simulated = outputs(&structure, values, &series);
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let mut measured =
+    let measured =
         |row: &[f64; 3]| row[Output::Spool as usize] + noise * rng.random_range(-1.0..=1.0);
-    let spool = simulated.iter().map(&mut measured);
+    let spool = simulated.iter().map(measured);
     let spool = record::Series::new(structure.unit(Output::Spool), spool.collect());
     let channels = [(Channel::Command, command), (Channel::Spool, spool)];
     let folder = tempfile::tempdir().unwrap();

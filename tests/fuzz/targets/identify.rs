@@ -36,9 +36,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         return;
     };
     let held = &question.measurements.hold_out;
-    let samples = held
-        .iter()
-        .flat_map(|series| &series.samples);
+    let samples = held.iter().flat_map(|series| &series.samples);
     if samples
         .map(|sample| u64::from(sample.substeps))
         .sum::<u64>()

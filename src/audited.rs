@@ -6,7 +6,9 @@ use pulp::Simd;
 
 /// The token of an instruction set.
 ///
-/// To be called only under `pulp`'s dispatch to `S`, as [`Lanes`](crate::model::real::Lanes) asks of its users.
+/// To be called only under `pulp`'s dispatch to `S`. Nobody outside this crate can: [`Lanes`](crate::model::real::Lanes), the
+/// only type that calls it, cannot be named there, and the CPU's evaluator, the only one that makes such numbers, does so
+/// inside the dispatch.
 #[inline(always)]
 pub(crate) fn token<S: Simd>() -> S {
     const { assert!(size_of::<S>() == 0) };
@@ -17,7 +19,7 @@ pub(crate) fn token<S: Simd>() -> S {
 
 /// A shader without the driver's checks of loops and indices.
 ///
-/// To be called only with text that this crate has composed, or whose loops end and whose indices stay inside their buffers.
+/// To be called only with text that this crate has composed: a caller's own goes through the driver's checks.
 pub(crate) fn unchecked_shader(
     device: &wgpu::Device,
     descriptor: wgpu::ShaderModuleDescriptor<'_>,

@@ -1,10 +1,12 @@
 //! The CPU evaluator: vectors of candidates, one vector a task, tasks on all cores.
 
-use super::problem::{Data, Problem, Wave};
+use super::problem::{Data, Problem, Series, Tone, Wave};
+use super::reference::cost_in;
 use super::simulate::{response, squares, with_states};
 use super::{Cost, Evaluator, Job, Population};
 use crate::Result;
-use crate::model::real::{Element, IN_FLIGHT, Lanes};
+use crate::model::real::reading::Wide;
+use crate::model::real::{Element, Lanes};
 use crate::model::{Plant, Real};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -73,11 +75,33 @@ fn name_of(instructions: Arch) -> &'static str {
             size_of::<S::f32s>() * 8
         }
     }
-    match instructions.dispatch(Bits) {
-        512 => "512-bit vectors",
-        256 => "256-bit vectors",
-        128 => "128-bit vectors",
+    match with_vectors(instructions, Bits) {
+        Some(512) => "512-bit vectors",
+        Some(256) => "256-bit vectors",
+        Some(128) => "128-bit vectors",
         _ => "no vectors",
+    }
+}
+
+/// Runs `task` with the CPU's vector instructions; `None` where there are none: one candidate at a time is then as fast.
+fn with_vectors<T: WithSimd>(instructions: Arch, task: T) -> Option<T::Output> {
+    match instructions {
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(simd) => Some(simd.vectorize(
+            #[inline(always)]
+            || task.with_simd(simd),
+        )),
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(simd) => Some(simd.vectorize(
+            #[inline(always)]
+            || task.with_simd(simd),
+        )),
+        #[cfg(target_arch = "aarch64")]
+        Arch::Neon(simd) => Some(simd.vectorize(
+            #[inline(always)]
+            || task.with_simd(simd),
+        )),
+        _ => None,
     }
 }
 
@@ -88,20 +112,23 @@ fn all_batches<E: Element>(jobs: &[Job<'_>], instructions: Arch) -> Vec<Vec<Cost
         Data::Series(_) => Wave::new(&[]),
     };
     let waves: Vec<Wave> = jobs.iter().map(wave).collect();
-    let width = instructions.dispatch(Width(PhantomData::<E>));
+    let width = with_vectors(instructions, Width(PhantomData::<E>)).unwrap_or(1);
     let batches_of = |(number, job): (usize, &Job<'_>)| {
         let starts = (0..job.population.len()).step_by(width);
         starts.map(move |first| (number, first)).collect::<Vec<_>>()
     };
     let batches: Vec<(usize, usize)> = jobs.iter().enumerate().flat_map(batches_of).collect();
     let evaluate = |&(number, first): &(usize, usize)| {
-        instructions.dispatch(Batch {
+        let batch = Batch {
             problem: jobs[number].problem,
             wave: &waves[number],
             population: jobs[number].population,
             first,
             element: PhantomData::<E>,
-        })
+        };
+        batch
+            .costs(instructions)
+            .unwrap_or_else(|| vec![batch.cost_of_first()])
     };
     let found: Vec<Vec<Cost>> = batches.par_iter().map(evaluate).collect();
     let mut costs = vec![Vec::new(); jobs.len()];
@@ -117,7 +144,7 @@ struct Width<E>(PhantomData<E>);
 impl<E: Element> WithSimd for Width<E> {
     type Output = usize;
     fn with_simd<S: Simd>(self, _: S) -> usize {
-        Lanes::<E, S, IN_FLIGHT>::WIDTH
+        Wide::<E, S>::WIDTH
     }
 }
 
@@ -130,82 +157,148 @@ struct Batch<'a, E> {
     element: PhantomData<E>,
 }
 
-impl<E: Element> WithSimd for Batch<'_, E> {
+impl<E: Element> Batch<'_, E> {
+    /// Chooses the loop by the structure first and by the instructions then: each is a function of its own, small enough
+    /// for the compiler. `None` without vector instructions.
+    fn costs(&self, instructions: Arch) -> Option<Vec<Cost>> {
+        match &*self.problem.data {
+            Data::Series(all) => with_states!(
+                &self.problem.structure,
+                in_time::<E>(self, all, instructions)
+            ),
+            Data::Tones(tones) => with_vectors(instructions, OnTones { batch: self, tones }),
+        }
+    }
+
+    /// The cost of the first candidate alone.
+    fn cost_of_first(&self) -> Cost {
+        let cost = cost_in::<E>(self.problem, self.population.candidate(self.first));
+        cost.map_or(Cost::DIVERGED, Cost::finished)
+    }
+}
+
+fn in_time<E: Element, const N: usize, const EFFECTS: bool>(
+    batch: &Batch<'_, E>,
+    all: &[Series],
+    instructions: Arch,
+) -> Option<Vec<Cost>> {
+    with_vectors(instructions, InTime::<E, N, EFFECTS> { batch, all })
+}
+
+/// A batch on records in time, of a structure with room for `N` states.
+struct InTime<'a, E, const N: usize, const EFFECTS: bool> {
+    batch: &'a Batch<'a, E>,
+    all: &'a [Series],
+}
+
+impl<E: Element, const N: usize, const EFFECTS: bool> WithSimd for InTime<'_, E, N, EFFECTS> {
     type Output = Vec<Cost>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<Cost> {
-        with_states!(&self.problem.structure, run::<E, S>(&self))
+        let problem = self.batch.problem;
+        let mut lanes = Lockstep::<E, S>::new(self.batch);
+        let plant = lanes.plant();
+        let mut sums = vec![[0.0; 3]; lanes.count];
+        let loss = problem.own_loss();
+        for series in self.all {
+            let add = |slice: [Wide<E, S>; 3]| {
+                for (output, part) in slice.iter().enumerate() {
+                    for (sum, &lane) in sums.iter_mut().zip(part.lanes()) {
+                        sum[output] += lane.into();
+                    }
+                }
+            };
+            let watch = |state: &[Wide<E, S>]| watch(&mut lanes.diverged, state);
+            squares::<_, N, EFFECTS>(&problem.structure, &plant, series, loss, add, watch);
+        }
+        let costs = sums.into_iter().map(|sums| problem.cost_of_squares(sums));
+        lanes.judged(costs)
     }
 }
 
-#[inline(always)]
-fn run<E: Element, S: Simd, const N: usize, const EFFECTS: bool>(batch: &Batch<E>) -> Vec<Cost> {
-    let Batch {
-        problem,
-        wave,
-        population,
-        first,
-        ..
-    } = *batch;
-    let width = Lanes::<E, S, IN_FLIGHT>::WIDTH;
-    let count = width.min(population.len() - first);
-    let free: Vec<Lanes<E, S, IN_FLIGHT>> = (0..population.dimension())
-        .map(|j| Lanes::from_fn(|i| E::constant(population.candidate(first + i.min(count - 1))[j])))
-        .collect();
-    let plant = Plant::new(
-        &problem.structure,
-        &problem.complete(&free, Lanes::constant),
-    );
-    let mut diverged = vec![false; width];
-    let mut watch = |state: &[Lanes<E, S, IN_FLIGHT>]| {
-        for value in state {
-            for (flag, &value) in diverged.iter_mut().zip(value.lanes()) {
-                let value: f64 = value.into();
-                *flag |= value.is_nan() || value.abs() >= STATE_LIMIT;
-            }
+/// A batch on the tones of a sine stream.
+struct OnTones<'a, E> {
+    batch: &'a Batch<'a, E>,
+    tones: &'a [Tone],
+}
+
+impl<E: Element> WithSimd for OnTones<'_, E> {
+    type Output = Vec<Cost>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<Cost> {
+        let mut lanes = Lockstep::<E, S>::new(self.batch);
+        let plant = lanes.plant();
+        // A loop, not an iterator's closure: only what is inlined here is compiled for the wide vectors.
+        let mut responses = Vec::with_capacity(self.tones.len());
+        for tone in self.tones {
+            let watch = |state: &[Wide<E, S>]| watch(&mut lanes.diverged, state);
+            responses.push(response(&plant, tone, self.batch.wave, watch));
         }
-        diverged.iter().all(|&flag| flag)
-    };
-    let mut costs = vec![0.0; count];
-    match &*problem.data {
-        Data::Series(all) => {
-            let mut sums = vec![[0.0; 3]; count];
-            let loss = problem.own_loss();
-            for series in all {
-                let add = |slice: [Lanes<E, S, IN_FLIGHT>; 3]| {
-                    for (output, part) in slice.iter().enumerate() {
-                        for (sum, &lane) in sums.iter_mut().zip(part.lanes()) {
-                            sum[output] += lane.into();
-                        }
-                    }
-                };
-                squares::<_, N, EFFECTS>(&problem.structure, &plant, series, loss, add, &mut watch);
-            }
-            for (cost, sums) in costs.iter_mut().zip(sums) {
-                *cost = problem.cost_of_squares(sums);
-            }
-        }
-        Data::Tones(tones) => {
-            // A loop, not an iterator's closure: only what is inlined here is compiled for the wide vectors.
-            let mut responses = Vec::with_capacity(tones.len());
-            for tone in tones {
-                responses.push(response(&plant, tone, wave, &mut watch));
-            }
-            for (i, cost) in costs.iter_mut().enumerate() {
-                let own = responses
-                    .iter()
-                    .map(|parts| parts.each_ref().map(|part| part.lanes()[i].into()));
-                *cost = problem.cost_of_responses(tones, own);
-            }
+        let cost = |lane: usize| {
+            let own = responses
+                .iter()
+                .map(|parts| parts.each_ref().map(|part| part.lanes()[lane].into()));
+            self.batch.problem.cost_of_responses(self.tones, own)
+        };
+        lanes.judged((0..lanes.count).map(cost))
+    }
+}
+
+/// The candidates of a batch, one a lane.
+struct Lockstep<'a, E: Element, S: Simd> {
+    problem: &'a Problem,
+    /// Values of the free parameters.
+    free: Vec<Wide<E, S>>,
+    /// Lanes that hold a candidate of their own: the first ones.
+    count: usize,
+    /// Which lanes' states have left all bounds.
+    diverged: Vec<bool>,
+}
+
+impl<'a, E: Element, S: Simd> Lockstep<'a, E, S> {
+    fn new(batch: &Batch<'a, E>) -> Self {
+        let width = Wide::<E, S>::WIDTH;
+        let population = batch.population;
+        let count = width.min(population.len() - batch.first);
+        let value = |j: usize, lane: usize| {
+            let candidate = population.candidate(batch.first + lane.min(count - 1));
+            E::constant(candidate[j])
+        };
+        Self {
+            problem: batch.problem,
+            free: (0..population.dimension())
+                .map(|j| Lanes::from_fn(|lane| value(j, lane)))
+                .collect(),
+            count,
+            diverged: vec![false; width],
         }
     }
-    let judge = |(cost, diverged)| {
-        if diverged {
-            Cost::DIVERGED
-        } else {
-            Cost::finished(cost)
+
+    #[inline(always)]
+    fn plant(&self) -> Plant<Wide<E, S>> {
+        let values = self.problem.complete(&self.free, Lanes::constant);
+        Plant::new(&self.problem.structure, &values)
+    }
+
+    fn judged(&self, costs: impl Iterator<Item = f64>) -> Vec<Cost> {
+        let judge = |(cost, &diverged)| match diverged {
+            true => Cost::DIVERGED,
+            false => Cost::finished(cost),
+        };
+        costs.zip(&self.diverged).map(judge).collect()
+    }
+}
+
+/// Marks the lanes whose state has left all bounds; whether all have.
+#[inline(always)]
+fn watch<E: Element, S: Simd>(diverged: &mut [bool], state: &[Wide<E, S>]) -> bool {
+    for value in state {
+        for (flag, &value) in diverged.iter_mut().zip(value.lanes()) {
+            let value: f64 = value.into();
+            *flag |= value.is_nan() || value.abs() >= STATE_LIMIT;
         }
-    };
-    costs.into_iter().zip(diverged).map(judge).collect()
+    }
+    diverged.iter().all(|&flag| flag)
 }

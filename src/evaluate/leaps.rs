@@ -75,9 +75,39 @@ pub(super) fn travel<R: Valued>(
     }
 }
 
+/// The same as a function of its own.
+#[inline(always)]
+pub(super) fn travel_outlined<R: Valued>(
+    plant: &Plant<R>,
+    stride: &Stride<R>,
+    state: &mut [R],
+    command: R,
+    change: Option<f64>,
+    sample: &Sample,
+) {
+    R::outlined(
+        #[inline(always)]
+        || travel(plant, stride, state, command, change, sample),
+    );
+}
+
 /// The same while held commands arrive late; `command` is the one that acts at the row.
 #[inline(always)]
 pub(super) fn travel_late<R: Valued>(
+    plant: &Plant<R>,
+    state: &mut [R],
+    command: R,
+    sample: &Sample,
+    arrival: Arrival<R>,
+) {
+    R::outlined(
+        #[inline(always)]
+        || travel_late_inline(plant, state, command, sample, arrival),
+    );
+}
+
+#[inline(always)]
+fn travel_late_inline<R: Valued>(
     plant: &Plant<R>,
     state: &mut [R],
     mut command: R,

@@ -1,10 +1,9 @@
 //! The functions of a structure that a time loop calls, traced: what the shader and the exports are written from.
 
-use super::simulate::with_states;
 use crate::model::integrate::advance;
 use crate::model::leap::{Place, Stride};
 use crate::model::real::trace::Trace;
-use crate::model::{Hold, Input, Plant, Real, Structure, real::Traced};
+use crate::model::{Hold, Input, MOST_STATES, Plant, Real, Structure, real::Traced};
 
 /// What a traced function takes or returns. In the text, `plant.gain` is the field `gain` of the argument `plant`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,22 +65,7 @@ impl Physics {
     ) -> Self {
         let mut trace = Trace::start();
         let values = values(&trace);
-        #[allow(
-            clippy::extra_unused_type_parameters,
-            reason = "with_states names the numbers first, and these are always text"
-        )]
-        fn functions<R, const N: usize, const EFFECTS: bool>(
-            structure: &Structure,
-            leaps: bool,
-            values: &[Traced],
-            trace: &mut Trace,
-        ) -> (Vec<Function>, bool) {
-            traced::<N, EFFECTS>(structure, leaps, values, trace)
-        }
-        let (functions, smooth) = with_states!(
-            structure,
-            functions::<Traced>(structure, leaps, &values, &mut trace)
-        );
+        let (functions, smooth) = traced(structure, leaps, &values, &mut trace);
         let mut states = structure.states();
         if states.is_empty() {
             states.push("unused".into());
@@ -104,7 +88,7 @@ impl Physics {
     }
 }
 
-fn traced<const N: usize, const EFFECTS: bool>(
+fn traced(
     structure: &Structure,
     leaps: bool,
     values: &[Traced],
@@ -115,7 +99,7 @@ fn traced<const N: usize, const EFFECTS: bool>(
     trace.seal();
 
     let input = |name: &str| Input::new(INPUTS.map(|field| trace.read(format!("{name}.{field}"))));
-    let mut state = [Traced::constant(0.0); N];
+    let mut state = [Traced::constant(0.0); MOST_STATES];
     for (i, name) in names.iter().enumerate() {
         state[i] = trace.read(format!("state.{name}"));
     }
@@ -124,22 +108,19 @@ fn traced<const N: usize, const EFFECTS: bool>(
     let step = trace.read("step");
     let arrived = trace.read("arrived");
 
-    let initial = plant.initial::<N, EFFECTS>(&now, position);
+    let initial = plant.initial::<MOST_STATES, true>(&now, position);
     let mut remembered = state;
-    let command = match EFFECTS {
-        true => plant.command(&mut remembered, arrived),
-        false => arrived,
-    };
+    let command = plant.command(&mut remembered, arrived);
     let delay = plant.delay().unwrap_or(Traced::constant(0.0));
-    let observed = plant.observe::<EFFECTS>(&state, &now);
-    let moved = advance::<Traced, N, EFFECTS>(
+    let observed = plant.observe::<true>(&state, &now);
+    let moved = advance::<Traced, MOST_STATES, true>(
         &plant,
         state,
         [&input("start"), &input("middle"), &input("end")],
         step,
     );
 
-    let padded = |values: [Traced; N]| match names.is_empty() {
+    let padded = |values: [Traced; MOST_STATES]| match names.is_empty() {
         true => vec![Traced::constant(0.0)],
         false => values[..names.len()].to_vec(),
     };
@@ -225,25 +206,20 @@ fn traced<const N: usize, const EFFECTS: bool>(
             ),
         ]);
     }
-    let heading = match EFFECTS {
-        true => plant.heading(&state, &now),
-        false => Traced::constant(0.0),
-    };
-    let slope = plant.derivative::<N, EFFECTS>(&state, &now, heading);
+    let heading = plant.heading(&state, &now);
+    let slope = plant.derivative::<MOST_STATES, true>(&state, &now, heading);
     functions.push(function(
         "derivative",
         &[PLANT, STATE, INPUT],
         Kind::State,
         padded(slope),
     ));
-    let mut after = [Traced::constant(0.0); N];
+    let mut after = [Traced::constant(0.0); MOST_STATES];
     for (i, name) in names.iter().enumerate() {
         after[i] = trace.read(format!("after.{name}"));
     }
     let mut settled = after;
-    if EFFECTS {
-        plant.settle(&state, &mut settled, [&now, &now], heading, step);
-    }
+    plant.settle(&state, &mut settled, [&now, &now], heading, step);
     (functions, remembered == state && settled == after)
 }
 

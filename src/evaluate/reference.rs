@@ -2,9 +2,9 @@
 
 use super::STATE_LIMIT;
 use super::problem::{Data, Problem, Series, Tone, Wave};
-use super::simulate::{outputs, response, series, squares, with_states};
+use super::simulate::{Row, Squares, outputs, response, series, with_states};
 use crate::model::real::{Dual, PASS};
-use crate::model::{Plant, Real, Structure};
+use crate::model::{Plant, Real, Structure, Valued};
 
 /// The outputs of every row of every record, in the order of [`crate::model::Output::ALL`], for values of all parameters.
 pub fn trajectories(
@@ -23,7 +23,8 @@ pub fn responses(structure: &Structure, values: &[f64], tones: &[Tone]) -> Vec<(
     let plant = Plant::new(structure, values);
     let wave = Wave::new(tones);
     let one = |tone: &Tone| {
-        let [re, im] = response(&plant, tone, &wave, |_| false);
+        let watch: &mut dyn FnMut(&[f64]) -> bool = &mut |_| false;
+        let [re, im] = response(&plant, tone, &wave, watch);
         (im.atan2(re).to_degrees(), re.hypot(im))
     };
     tones.iter().map(one).collect()
@@ -31,48 +32,50 @@ pub fn responses(structure: &Structure, values: &[f64], tones: &[Tone]) -> Vec<(
 
 /// The cost of a candidate's free values, or `None` where it diverges.
 pub fn cost(problem: &Problem, free: &[f64]) -> Option<f64> {
-    let values = problem.complete(free, |fixed| fixed);
-    let plant = Plant::new(&problem.structure, &values);
+    cost_in::<f64>(problem, free).filter(|total| total.is_finite())
+}
+
+/// The cost of a candidate's free values as it is computed in `R`, or `None` where a state has left all bounds.
+pub(super) fn cost_in<R: Valued + Into<f64>>(problem: &Problem, free: &[f64]) -> Option<f64> {
+    let structure = &problem.structure;
+    let free: Vec<R> = free.iter().map(|&value| R::constant(value)).collect();
+    let values = problem.complete(&free, R::constant);
+    let plant = Plant::new(structure, &values);
     let mut diverged = false;
-    let mut watch = |state: &[f64]| {
-        diverged |= state
-            .iter()
-            .any(|value| value.is_nan() || value.abs() >= STATE_LIMIT);
+    let mut watch = |state: &[R]| {
+        let wild = |value: f64| value.is_nan() || value.abs() >= STATE_LIMIT;
+        diverged |= state.iter().any(|&value| wild(value.into()));
         diverged
     };
     let total = match &*problem.data {
         Data::Series(records) => {
             let mut sums = [0.0; 3];
-            let mut add = |slice: [f64; 3]| {
-                for (sum, part) in sums.iter_mut().zip(slice) {
-                    *sum += part;
-                }
-            };
             for record in records {
-                with_states!(
-                    &problem.structure,
-                    squares::<f64>(
-                        &problem.structure,
-                        &plant,
-                        record,
-                        problem.own_loss(),
-                        &mut add,
-                        &mut watch
-                    )
-                );
+                let mut squares = Squares::new(structure, record, problem.own_loss());
+                let mut row = |k: usize, state: &[R], outputs: [R; 3]| {
+                    let add = |slice: [R; 3]| {
+                        for (sum, part) in sums.iter_mut().zip(slice) {
+                            *sum += part.into();
+                        }
+                    };
+                    squares.add(k, state, outputs, add, &mut watch)
+                };
+                let row: Row<R> = &mut row;
+                with_states!(structure, series::<R>(structure, &plant, record, row));
             }
             problem.cost_of_squares(sums)
         }
         Data::Tones(tones) => {
             let wave = Wave::new(tones);
-            let all: Vec<[f64; 2]> = tones
-                .iter()
-                .map(|tone| response(&plant, tone, &wave, &mut watch))
-                .collect();
+            let mut all = Vec::with_capacity(tones.len());
+            for tone in tones {
+                let watch: &mut dyn FnMut(&[R]) -> bool = &mut watch;
+                all.push(response(&plant, tone, &wave, watch).map(R::into));
+            }
             problem.cost_of_responses(tones, all)
         }
     };
-    (!diverged && total.is_finite()).then_some(total)
+    (!diverged).then_some(total)
 }
 
 /// Hands every weighted residual, measured minus simulated, and its gradient with respect to the free parameters to
@@ -105,6 +108,9 @@ pub fn residuals(problem: &Problem, free: &[f64], row: &mut dyn FnMut(f64, &[f64
     true
 }
 
+/// A parameter's value with its derivatives with respect to the [`PASS`] that one pass carries.
+type Number = Dual<PASS>;
+
 /// The residuals with their derivatives with respect to the [`PASS`] free parameters from number `first` on.
 fn pass(
     problem: &Problem,
@@ -112,7 +118,6 @@ fn pass(
     first: usize,
     row: &mut dyn FnMut(f64, &[f64; PASS]),
 ) -> bool {
-    type Number = Dual<PASS>;
     let variable = |(index, &value): (usize, &f64)| match index.checked_sub(first) {
         Some(slot) if slot < PASS => Number::variable(value, slot),
         _ => Number::constant(value),
@@ -122,55 +127,80 @@ fn pass(
         &problem.structure,
         &problem.complete(&free, Number::constant),
     );
-    let wild = |state: &[Number]| {
-        state
-            .iter()
-            .any(|x| x.value.is_nan() || x.value.abs() >= STATE_LIMIT)
-    };
-    let mut finished = true;
     match &*problem.data {
-        Data::Series(records) => {
-            let observed = problem.observed();
-            let loss = problem.own_loss();
-            for record in records {
-                let mut hand_over = |k: usize, state: &[Number], outputs: [Number; 3]| {
-                    let sample = &record.samples[k];
-                    for i in 0..3 {
-                        let factor = (sample.weight * problem.scale[i]).sqrt();
-                        if observed[i] && factor > 0.0 {
-                            let mut error = Number::constant(sample.target[i]) - outputs[i];
-                            if let Some((loss, sizes)) = loss
-                                && error.value != 0.0
-                            {
-                                let cost = loss(error, Number::constant(sizes[i]));
-                                error = error.if_positive(cost.sqrt(), -cost.sqrt());
-                            }
-                            let error = error * Number::constant(factor);
-                            row(error.value, &error.gradient);
-                        }
-                    }
-                    finished &= !wild(state);
-                    finished
-                };
-                with_states!(
-                    &problem.structure,
-                    series::<Number>(&problem.structure, &plant, record, &mut hand_over)
-                );
+        Data::Series(records) => records.iter().all(|record| {
+            with_states!(
+                &problem.structure,
+                pass_in_time::<Number>(problem, &plant, record, row)
+            )
+        }),
+        Data::Tones(tones) => pass_on_tones(&plant, tones, row),
+    }
+}
+
+/// Whether a state has left all bounds.
+fn wild(state: &[Number]) -> bool {
+    state
+        .iter()
+        .any(|x| x.value.is_nan() || x.value.abs() >= STATE_LIMIT)
+}
+
+/// A pass over one record, of a structure with room for `N` states: each a function of its own, small enough for the
+/// compiler.
+#[allow(
+    clippy::extra_unused_type_parameters,
+    reason = "with_states names the numbers first"
+)]
+#[inline(never)]
+fn pass_in_time<R, const N: usize, const EFFECTS: bool>(
+    problem: &Problem,
+    plant: &Plant<Number>,
+    record: &Series,
+    row: &mut dyn FnMut(f64, &[f64; PASS]),
+) -> bool {
+    let observed = problem.observed();
+    let loss = problem.own_loss();
+    let mut finished = true;
+    let hand_over = |k: usize, state: &[Number], outputs: [Number; 3]| {
+        let sample = &record.samples[k];
+        for i in 0..3 {
+            let factor = (sample.weight * problem.scale[i]).sqrt();
+            if observed[i] && factor > 0.0 {
+                let mut error = Number::constant(sample.target[i]) - outputs[i];
+                if let Some((loss, sizes)) = loss
+                    && error.value != 0.0
+                {
+                    let cost = loss(error, Number::constant(sizes[i]));
+                    error = error.if_positive(cost.sqrt(), -cost.sqrt());
+                }
+                let error = error * Number::constant(factor);
+                row(error.value, &error.gradient);
             }
         }
-        Data::Tones(tones) => {
-            let wave = Wave::new(tones);
-            for tone in tones {
-                let [re, im] = response(&plant, tone, &wave, |state| {
-                    finished &= !wild(state);
-                    !finished
-                });
-                let phase = im.atan2(re);
-                let factor = tone.weight.sqrt();
-                let gradient = phase.gradient.map(|slope| -slope.to_degrees() * factor);
-                row(tone.error(phase.value) * factor, &gradient);
-            }
-        }
+        finished &= !wild(state);
+        finished
+    };
+    series::<Number, N, EFFECTS>(&problem.structure, plant, record, hand_over);
+    finished
+}
+
+#[inline(never)]
+fn pass_on_tones(
+    plant: &Plant<Number>,
+    tones: &[Tone],
+    row: &mut dyn FnMut(f64, &[f64; PASS]),
+) -> bool {
+    let wave = Wave::new(tones);
+    let mut finished = true;
+    for tone in tones {
+        let [re, im] = response(plant, tone, &wave, |state| {
+            finished &= !wild(state);
+            !finished
+        });
+        let phase = im.atan2(re);
+        let factor = tone.weight.sqrt();
+        let gradient = phase.gradient.map(|slope| -slope.to_degrees() * factor);
+        row(tone.error(phase.value) * factor, &gradient);
     }
     finished
 }

@@ -2,7 +2,7 @@
 //! GPU are the loops of `shaders/evaluate.wgsl`; what is summed where is the same in both.
 
 use super::arrival::Arrival;
-use super::leaps::{travel, travel_late};
+use super::leaps::{travel, travel_late, travel_outlined};
 use super::loss::SizedLoss;
 use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::model::integrate::advance;
@@ -16,19 +16,23 @@ pub const SLICE: usize = 8192;
 /// Calls `$f::<.., N, EFFECTS>(..)` for `$structure`: exact for the base model, with room to spare for effects.
 macro_rules! with_states {
     ($structure:expr, $f:ident::<$($generic:tt),+>($($argument:expr),* $(,)?)) => {{
+        use $crate::model::MOST_STATES;
         let structure: &$crate::model::Structure = $structure;
         match (structure.states().len(), structure.is_base()) {
             (0, true) => $f::<$($generic),+, 0, false>($($argument),*),
-            (1, true) => $f::<$($generic),+, 1, false>($($argument),*),
             (2, true) => $f::<$($generic),+, 2, false>($($argument),*),
             (3, true) => $f::<$($generic),+, 3, false>($($argument),*),
             (0..=5, _) => $f::<$($generic),+, 5, true>($($argument),*),
-            (6..=20, _) => $f::<$($generic),+, 20, true>($($argument),*),
-            (more, _) => unreachable!("no structure has {more} states"),
+            (6..=MOST_STATES, _) => $f::<$($generic),+, MOST_STATES, true>($($argument),*),
+            (more, _) => unreachable!("effects have been registered for {more} states"),
         }
     }};
 }
 pub(super) use with_states;
+
+/// What is told of each row: its number, the state and the outputs; false ends the simulation. Every loop over one kind of
+/// number that takes this is the same function.
+pub type Row<'a, R> = &'a mut dyn FnMut(usize, &[R], [R; 3]) -> bool;
 
 /// Integrates `series` and hands every row's number and outputs to `row`, until that returns false.
 #[inline(always)]
@@ -69,16 +73,11 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
             return;
         };
         match arrival {
+            Some(arrival) if leaps => {
+                travel_late(plant, &mut state, input.command, sample, arrival);
+            }
             Some(arrival) => {
-                R::outlined(
-                    #[inline(always)]
-                    || match leaps {
-                        true => travel_late(plant, &mut state, input.command, sample, arrival),
-                        false => {
-                            interval(structure, plant, &mut state, input, [sample, next], arrival);
-                        }
-                    },
-                );
+                interval(structure, plant, &mut state, input, [sample, next], arrival);
             }
             None if leaps => {
                 let (length, _) = sample.parts(true);
@@ -92,7 +91,12 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
                 };
                 let change =
                     (structure.hold == Hold::Interpolated).then(|| next.input[0] - sample.input[0]);
-                travel(plant, &stride, &mut state, input.command, change, sample);
+                match EFFECTS {
+                    true => {
+                        travel_outlined(plant, &stride, &mut state, input.command, change, sample);
+                    }
+                    false => travel(plant, &stride, &mut state, input.command, change, sample),
+                }
             }
             None => {
                 let step = R::constant(sample.step);
@@ -117,6 +121,21 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
 /// Integrates from one row to the next while commands arrive late. `input` has the command that acts at the row.
 #[inline(always)]
 fn interval<R: Valued, const N: usize>(
+    structure: &Structure,
+    plant: &Plant<R>,
+    state: &mut [R; N],
+    input: Input<R>,
+    samples: [&Sample; 2],
+    arrival: Arrival<R>,
+) {
+    R::outlined(
+        #[inline(always)]
+        || interval_inline(structure, plant, state, input, samples, arrival),
+    );
+}
+
+#[inline(always)]
+fn interval_inline<R: Valued, const N: usize>(
     structure: &Structure,
     plant: &Plant<R>,
     state: &mut [R; N],
@@ -188,18 +207,85 @@ pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f
     ) -> Vec<[R; 3]> {
         let plant = Plant::new(structure, values);
         let mut rows = Vec::with_capacity(record.samples.len());
-        series::<R, N, EFFECTS>(structure, &plant, record, |_, _, outputs| {
+        let mut keep = |_: usize, _: &[R], outputs: [R; 3]| {
             rows.push(outputs);
             true
-        });
+        };
+        series::<R, N, EFFECTS>(structure, &plant, record, &mut keep as Row<R>);
         rows
     }
     with_states!(structure, run::<f64>(structure, values, record))
 }
 
-/// Sums weighted squared errors of each output over a record, or what `loss` makes of an error and of the size of the
-/// output's noise: `slice_done` gets the sums of every slice of [`SLICE`]
-/// rows. After every chunk `diverged` looks at the state, and ends the simulation by returning true.
+/// Sums of the weighted squared errors of each output over a record, or of what a loss makes of an error and of the size of
+/// the output's noise.
+pub struct Squares<'a, R> {
+    record: &'a Series,
+    observed: [bool; 3],
+    loss: Option<SizedLoss<R>>,
+    chunk: [R; 3],
+    slice: [R; 3],
+}
+
+impl<'a, R: Real> Squares<'a, R> {
+    /// Nothing summed yet.
+    #[inline(always)]
+    pub fn new(structure: &Structure, record: &'a Series, loss: Option<SizedLoss<R>>) -> Self {
+        let zero = [R::constant(0.0); 3];
+        let mut observed = [false; 3];
+        for (output, observed) in Output::ALL.into_iter().zip(&mut observed) {
+            *observed = structure.observes(output);
+        }
+        Self {
+            record,
+            observed,
+            loss,
+            chunk: zero,
+            slice: zero,
+        }
+    }
+
+    /// Adds row `k`. `slice_done` gets the sums of every slice of [`SLICE`] rows. After every chunk `diverged` looks at the
+    /// state, and ends the simulation by returning true: then this returns false.
+    #[inline(always)]
+    pub fn add(
+        &mut self,
+        k: usize,
+        state: &[R],
+        outputs: [R; 3],
+        slice_done: impl FnOnce([R; 3]),
+        diverged: impl FnOnce(&[R]) -> bool,
+    ) -> bool {
+        let sample = &self.record.samples[k];
+        let last = k + 1 == self.record.samples.len();
+        let weight = R::constant(sample.weight);
+        for i in 0..3 {
+            if self.observed[i] {
+                let error = R::constant(sample.target[i]) - outputs[i];
+                let cost = match self.loss {
+                    None => weight * (error * error),
+                    Some((loss, sizes)) => weight * loss(error, R::constant(sizes[i])),
+                };
+                self.chunk[i] = self.chunk[i] + cost;
+            }
+        }
+        if (k + 1) % CHUNK != 0 && !last {
+            return true;
+        }
+        let zero = [R::constant(0.0); 3];
+        for i in 0..3 {
+            self.slice[i] = self.slice[i] + self.chunk[i];
+        }
+        self.chunk = zero;
+        if (k + 1) % SLICE == 0 || last {
+            slice_done(self.slice);
+            self.slice = zero;
+        }
+        !diverged(state)
+    }
+}
+
+/// Sums a record's [`Squares`].
 #[inline(always)]
 pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
     structure: &Structure,
@@ -209,39 +295,13 @@ pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
     mut slice_done: impl FnMut([R; 3]),
     mut diverged: impl FnMut(&[R]) -> bool,
 ) {
-    let observed = Output::ALL.map(|output| structure.observes(output));
-    let zero = [R::constant(0.0); 3];
-    let (mut chunk, mut slice) = (zero, zero);
-    let last = record.samples.len() - 1;
+    let mut squares = Squares::new(structure, record, loss);
     series::<R, N, EFFECTS>(
         structure,
         plant,
         record,
         #[inline(always)]
-        |k, state, outputs| {
-            let sample = &record.samples[k];
-            let weight = R::constant(sample.weight);
-            for i in (0..3).filter(|&i| observed[i]) {
-                let error = R::constant(sample.target[i]) - outputs[i];
-                let cost = match loss {
-                    None => weight * (error * error),
-                    Some((loss, sizes)) => weight * loss(error, R::constant(sizes[i])),
-                };
-                chunk[i] = chunk[i] + cost;
-            }
-            if (k + 1) % CHUNK == 0 || k == last {
-                for i in 0..3 {
-                    slice[i] = slice[i] + chunk[i];
-                }
-                chunk = zero;
-                if (k + 1) % SLICE == 0 || k == last {
-                    slice_done(slice);
-                    slice = zero;
-                }
-                return !diverged(state);
-            }
-            true
-        },
+        |k, state, outputs| squares.add(k, state, outputs, &mut slice_done, &mut diverged),
     );
 }
 

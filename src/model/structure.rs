@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+/// Most states of a structure: the time loops are compiled for so many.
+pub(crate) const MOST_STATES: usize = 20;
+
 /// A simulated quantity that a measurement is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -522,16 +525,7 @@ impl<R: Real> Plant<R> {
         let mut state = [R::constant(0.0); N];
         let mut input = *input;
         if EFFECTS {
-            R::outlined(
-                #[inline(always)]
-                || {
-                    for effect in &self.effects {
-                        let own = &mut state[effect.states.clone()];
-                        effect.action.settled(own, input.command);
-                        input.command = effect.action.command(own, input.command);
-                    }
-                },
-            );
+            input.command = self.settle_command(&mut state, input.command);
         }
         if self.actuator.is_some() {
             let spool = match (self.initial, self.initial_spool) {
@@ -549,15 +543,27 @@ impl<R: Real> Plant<R> {
             state[self.position::<EFFECTS>(N)] = position;
         }
         if EFFECTS {
-            R::outlined(
-                #[inline(always)]
-                || {
-                    self.settle_supply(&mut state, &input);
-                    self.settle_outputs(&mut state, &input);
-                },
-            );
+            self.settle_supply(&mut state, &input);
+            self.settle_outputs(&mut state, &input);
         }
         state
+    }
+
+    /// The command that acts when it has long been `command`, and what effects on it then remember.
+    #[inline(always)]
+    fn settle_command(&self, state: &mut [R], command: R) -> R {
+        R::outlined(
+            #[inline(always)]
+            || {
+                let mut command = command;
+                for effect in &self.effects {
+                    let own = &mut state[effect.states.clone()];
+                    effect.action.settled(own, command);
+                    command = effect.action.command(own, command);
+                }
+                command
+            },
+        )
     }
 
     /// The spool where its drive, with what pulls it, is zero: by the secant method.
@@ -601,29 +607,39 @@ impl<R: Real> Plant<R> {
     /// The flow drawn from a supply that gives way under it, by iteration.
     #[inline(always)]
     fn settle_supply(&self, state: &mut [R], input: &Input<R>) {
-        for _ in 0..4 {
-            let drawn = self.path::<true>(state, input, true).drawn;
-            for effect in &self.effects {
-                if !effect.states.is_empty() && effect.output.is_none() {
-                    let own = &mut state[effect.states.clone()];
-                    effect.action.settled_supply(own, drawn);
+        R::outlined(
+            #[inline(always)]
+            || {
+                for _ in 0..4 {
+                    let drawn = self.path::<true>(state, input, true).drawn;
+                    for effect in &self.effects {
+                        if !effect.states.is_empty() && effect.output.is_none() {
+                            let own = &mut state[effect.states.clone()];
+                            effect.action.settled_supply(own, drawn);
+                        }
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 
     /// What filters an output starts settled on it.
     #[inline(always)]
     fn settle_outputs(&self, state: &mut [R], input: &Input<R>) {
-        let path = self.path::<true>(state, input, true);
-        for output in Output::ALL {
-            let mut value = self.output::<true>(output, state, &path);
-            for effect in self.on(output) {
-                let own = &mut state[effect.states.clone()];
-                effect.action.settled(own, value);
-                value = effect.action.measure(own, value, &path.moment);
-            }
-        }
+        R::outlined(
+            #[inline(always)]
+            || {
+                let path = self.path::<true>(state, input, true);
+                for output in Output::ALL {
+                    let mut value = self.output::<true>(output, state, &path);
+                    for effect in self.on(output) {
+                        let own = &mut state[effect.states.clone()];
+                        effect.action.settled(own, value);
+                        value = effect.action.measure(own, value, &path.moment);
+                    }
+                }
+            },
+        );
     }
 
     /// The place of the piston's position in the state.
@@ -675,6 +691,22 @@ impl<R: Real> Plant<R> {
     /// What passes from the spool to the flow. `input` has the command that acts.
     #[inline(always)]
     fn path<const EFFECTS: bool>(&self, state: &[R], input: &Input<R>, with_flow: bool) -> Path<R> {
+        match EFFECTS {
+            true => R::outlined(
+                #[inline(always)]
+                || self.path_inline::<true>(state, input, with_flow),
+            ),
+            false => self.path_inline::<false>(state, input, with_flow),
+        }
+    }
+
+    #[inline(always)]
+    fn path_inline<const EFFECTS: bool>(
+        &self,
+        state: &[R],
+        input: &Input<R>,
+        with_flow: bool,
+    ) -> Path<R> {
         let zero = R::constant(0.0);
         let mut spool = self.spool(state, input);
         if EFFECTS {
@@ -699,14 +731,7 @@ impl<R: Real> Plant<R> {
                 }
             }
             if with_flow {
-                flow = match EFFECTS {
-                    true => R::outlined(
-                        #[inline(always)]
-                        || valve.flow_from(opening, &pressures),
-                    ),
-                    false => valve.flow_from(opening, &pressures),
-                }
-                .named("flow");
+                flow = valve.flow_from(opening, &pressures).named("flow");
             }
         }
         let moment = Moment {
@@ -799,10 +824,7 @@ impl<R: Real> Plant<R> {
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
         if EFFECTS {
-            R::outlined(
-                #[inline(always)]
-                || self.effects_derivative(state, input, heading, &mut slope),
-            );
+            self.effects_derivative(state, input, heading, &mut slope);
             return slope;
         }
         if let Some(actuator) = &self.actuator {
@@ -816,6 +838,20 @@ impl<R: Real> Plant<R> {
 
     #[inline(always)]
     fn effects_derivative(&self, state: &[R], input: &Input<R>, heading: R, slope: &mut [R]) {
+        R::outlined(
+            #[inline(always)]
+            || self.effects_derivative_inline(state, input, heading, slope),
+        );
+    }
+
+    #[inline(always)]
+    fn effects_derivative_inline(
+        &self,
+        state: &[R],
+        input: &Input<R>,
+        heading: R,
+        slope: &mut [R],
+    ) {
         let path = self.path::<true>(state, input, self.flow_moves);
         if let Some(actuator) = &self.actuator {
             let (mut drive, mut speed) = actuator.derivative(state[0], state[1], input.command);

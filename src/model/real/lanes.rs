@@ -7,7 +7,7 @@ use pulp::Simd;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A float that the CPU has vectors of.
-pub trait Element: Real + Pod + Into<f64> {
+pub(crate) trait Element: Valued + Pod + Into<f64> {
     /// The vector of it under the instruction set `S`.
     type Vector<S: Simd>: Pod;
     /// The same value in every lane.
@@ -83,14 +83,14 @@ element!(
 /// Numbers are made without the instruction set's token at hand, so they must be used only where a token of `S`
 /// exists: inside `pulp`'s dispatch, as the CPU evaluator does.
 #[derive(Clone, Copy)]
-pub struct Lanes<E: Element, S: Simd, const K: usize>([E::Vector<S>; K]);
+pub(crate) struct Lanes<E: Element, S: Simd, const K: usize>([E::Vector<S>; K]);
 
 impl<E: Element, S: Simd, const K: usize> Lanes<E, S, K> {
     /// How many lanes there are.
-    pub const WIDTH: usize = K * size_of::<E::Vector<S>>() / size_of::<E>();
+    pub(crate) const WIDTH: usize = K * size_of::<E::Vector<S>>() / size_of::<E>();
 
     /// The number whose lane `i` is `value(i)`.
-    pub fn from_fn(value: impl FnMut(usize) -> E) -> Self {
+    pub(crate) fn from_fn(value: impl FnMut(usize) -> E) -> Self {
         let lanes: Vec<E> = (0..Self::WIDTH).map(value).collect();
         let each = Self::WIDTH / K;
         Self(std::array::from_fn(|k| {
@@ -99,7 +99,7 @@ impl<E: Element, S: Simd, const K: usize> Lanes<E, S, K> {
     }
 
     /// All lanes' values.
-    pub fn lanes(&self) -> &[E] {
+    pub(crate) fn lanes(&self) -> &[E] {
         bytemuck::cast_slice(&self.0)
     }
 

@@ -1,7 +1,7 @@
 //! The arithmetic that every reading of the physics shares.
 //!
-//! An equation written over [`Real`] is read as `f64` (the reference), `f32` (the shader's twin), [`Lanes`] (many
-//! candidates at once), [`Dual`] (exact sensitivities) and [`Traced`] (text in another language). There are no
+//! An equation written over [`Real`] is read as `f64` (the reference), `f32` (the shader's twin), vectors (many
+//! candidates at once; their type is this crate's own, for only it makes sure that the CPU has them), [`Dual`] (exact sensitivities) and [`Traced`] (text in another language). There are no
 //! branches on values: a choice is a `min`, a `max`, a clamp or a selection, so that lanes and invocations stay in
 //! lockstep.
 
@@ -12,8 +12,8 @@ pub(crate) mod reading;
 pub mod trace;
 
 pub use dual::Dual;
-pub use lanes::{Element, Lanes};
-pub use reading::{IN_FLIGHT, PASS};
+pub(crate) use lanes::{Element, Lanes};
+pub(crate) use reading::PASS;
 pub use trace::Traced;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};

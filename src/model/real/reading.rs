@@ -4,9 +4,9 @@ use super::Lanes;
 use std::any::{Any, TypeId};
 
 /// Vectors of a batch in flight: enough to hide the latency of one operation behind the others.
-pub const IN_FLIGHT: usize = 2;
+pub(crate) const IN_FLIGHT: usize = 2;
 /// Sensitivities that one pass carries.
-pub const PASS: usize = 8;
+pub(crate) const PASS: usize = 8;
 
 /// A value for each kind of number, by the number's type: all that evaluate, differentiate and trace.
 pub(crate) type Readings = fn(TypeId) -> Option<Box<dyn Any>>;
@@ -39,9 +39,7 @@ macro_rules! for_number {
             f64,
             f32,
             $crate::model::real::Dual<{ $crate::model::real::reading::PASS }>,
-            $crate::model::real::Traced,
-            $crate::model::real::reading::Wide<f32, pulp::Scalar>,
-            $crate::model::real::reading::Wide<f64, pulp::Scalar>
+            $crate::model::real::Traced
         );
         None
     }};

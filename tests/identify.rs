@@ -11,6 +11,8 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
+use servobee::model::effects::{CATALOGUE, Effect};
+use servobee::model::valve::ValveForm;
 use servobee::model::{Output, Structure};
 use servobee::record::{self, Channel, Record};
 use std::fs::{create_dir, read_to_string, write};
@@ -242,6 +244,205 @@ fn a_model_without_a_free_parameter_is_scored_as_it_is() {
     assert_eq!(scored["error"]["before"], fitted["error"]["before"]);
     // Once by the search that has nothing to search, once by the polish that has nothing to polish.
     assert_eq!(scored["evaluations"], 2);
+}
+
+/// The report of identify on `record` with these effects known, and `more` in the model file. What it writes is read back and
+/// gives the same errors.
+fn with_known(folder: &Path, record: &str, known: &[&str], more: &str, rest: &[&str]) -> Value {
+    write(
+        folder.join("known.toml"),
+        format!("[structure]\neffects = {known:?}\n{more}"),
+    )
+    .unwrap();
+    let call = [
+        record,
+        "--model",
+        "known.toml",
+        "--evaluator",
+        "cpu",
+        "--force",
+    ];
+    let report = report(folder, &[&call[..], rest].concat());
+    let text = printed(&servobee(folder, &["simulate", "out/model.toml", record]));
+    let residual = read_to_string(folder.join("out/residual.csv")).unwrap();
+    let rows = |part: &str| residual.lines().filter(|line| line.contains(part)).count() as f64;
+    let parts = [("fit", rows(",fit,")), ("hold_out", rows(",hold_out,"))];
+    for (channel, error) in report["error"]["after"]["fit"].as_object().unwrap() {
+        assert!(error["rmse"].is_number(), "{known:?}: {error}");
+        let square = |(part, rows): &(&str, f64)| {
+            let rmse = report["error"]["after"][part][channel]["rmse"].as_f64();
+            rmse.unwrap().powi(2) * rows
+        };
+        let count = parts[0].1 + parts[1].1;
+        let whole = (parts.iter().map(square).sum::<f64>() / count).sqrt();
+        let line = text.lines().find(|line| line.starts_with(channel)).unwrap();
+        let simulated = line.split_whitespace().nth(2).unwrap();
+        let simulated: f64 = simulated.parse().unwrap();
+        assert!(
+            off(simulated, whole) < 2e-3,
+            "{known:?}: {channel}: {simulated}, not {whole}"
+        );
+    }
+    report
+}
+
+/// The names of the effects that were added.
+fn added(report: &Value) -> Vec<&str> {
+    let effects = report["effects"].as_array().unwrap().iter();
+    effects.map(|one| one["name"].as_str().unwrap()).collect()
+}
+
+/// A folder with `record.csv`, so many seconds with these effects planted.
+fn synthesized(effects: &str, seconds: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let call = [
+        "synthesize",
+        "--effect",
+        effects,
+        "--seconds",
+        seconds,
+        "--out",
+        "record.csv",
+    ];
+    printed(&servobee(folder.path(), &call));
+    folder
+}
+
+#[test]
+fn a_known_effect_that_is_not_there_changes_nothing() {
+    let folder = bench();
+    let report = with_known(folder.path(), "bench.csv", &["null_bias"], "", &[]);
+    assert_eq!(report["verdict"], "found");
+    assert_eq!(added(&report), ["delay"]);
+    assert!(off(value(&report, "delay"), 0.0047) < 0.01, "{report}");
+    assert!(value(&report, "null_bias").abs() < 0.01, "{report}");
+}
+
+#[test]
+fn a_known_effect_hides_no_other() {
+    let folder = synthesized("hysteresis=0.3,leakage=2", "8");
+    let report = with_known(folder.path(), "record.csv", &["leakage"], "", &[]);
+    assert_eq!(report["verdict"], "found");
+    assert_eq!(added(&report), ["hysteresis"]);
+    assert!(off(value(&report, "hysteresis"), 0.3) < 0.05, "{report}");
+    assert!(off(value(&report, "leakage"), 2.0) < 0.05, "{report}");
+}
+
+/// Every effect of the catalogue in every form on a spool with its flow.
+fn every_effect() -> Vec<Effect> {
+    let bench = Structure {
+        observed: vec![Output::Spool, Output::Flow],
+        valve: Some(ValveForm::linear()),
+        ..Structure::actuator(10.0, "V")
+    };
+    CATALOGUE
+        .iter()
+        .flat_map(|entry| entry.on(&bench))
+        .collect()
+}
+
+/// Where the valve answers 4.7 ms late the delay is found whatever else is known; and where it is known nothing is.
+fn assert_late(report: &Value, known: &[&str]) {
+    let (verdict, names) = match known.contains(&"delay") {
+        true => ("none", vec![]),
+        false => ("found", vec!["delay"]),
+    };
+    assert_eq!(report["verdict"], verdict, "{known:?}");
+    assert_eq!(added(report), names, "{known:?}");
+    let delay = value(report, "delay");
+    assert!(off(delay, 0.0047) < 0.02, "{known:?}: {delay}");
+}
+
+#[test]
+fn every_effect_of_the_catalogue_can_be_known() {
+    let folder = synthesized("delay=0.0047", "2");
+    let few = ["--effects", "delay,hysteresis,leakage"];
+    for effect in every_effect() {
+        let known = effect.to_string();
+        let known = [known.as_str()];
+        let report = with_known(folder.path(), "record.csv", &known, "", &few);
+        assert_late(&report, &known);
+    }
+}
+
+#[test]
+fn two_known_effects_one_of_them_fixed_hide_nothing() {
+    let folder = synthesized("delay=0.0047", "2");
+    let few = ["--effects", "delay,hysteresis,leakage"];
+    let all = every_effect();
+    for (i, first) in all.iter().enumerate().step_by(2) {
+        let second = all[(i + 7) % all.len()];
+        let known = [first.to_string(), second.to_string()];
+        let known = known.each_ref().map(String::as_str);
+        // Where it is absent.
+        let bare = Structure {
+            effects: vec![*first],
+            ..Structure::flow_bench(ValveForm::linear())
+        };
+        let skipped = Structure::flow_bench(ValveForm::linear())
+            .parameters()
+            .len();
+        let fixed: String = bare.parameters()[skipped..]
+            .iter()
+            .map(|p| format!("[[parameter]]\nname = {:?}\nfixed = true\n", p.name))
+            .collect();
+        let fixed = if first.entry.name == "delay" {
+            ""
+        } else {
+            &fixed
+        };
+        let report = with_known(folder.path(), "record.csv", &known, fixed, &few);
+        assert_late(&report, &known);
+    }
+}
+
+#[test]
+fn what_is_planted_and_known_is_followed_with_and_without_another() {
+    let few = ["--effects", "delay,hysteresis,leakage"];
+    for (known, planted, name, expected) in [
+        ("overlap", "overlap=4", "overlap", 4.0),
+        ("null_bias", "null_bias=0.3", "null_bias", 0.3),
+        ("hysteresis", "hysteresis=0.3", "hysteresis", 0.3),
+        (
+            "sensor_offset.flow",
+            "sensor_offset.flow=1.5",
+            "sensor_offset_flow",
+            1.5,
+        ),
+        ("slew_limit", "slew_limit=300", "slew_limit", 300.0),
+    ] {
+        let late = synthesized(&format!("{planted},delay=0.003"), "4");
+        let report = with_known(late.path(), "record.csv", &[known], "", &few);
+        assert_eq!(
+            (&report["verdict"], added(&report)),
+            (&"found".into(), vec!["delay"]),
+            "{known}"
+        );
+        assert!(
+            off(value(&report, "delay"), 0.003) < 0.03,
+            "{known}: {report}"
+        );
+        let found = value(&report, name);
+        assert!(off(found, expected) < 0.05, "{known}: {found}");
+
+        let bounds = format!(
+            "[[parameter]]\nname = {name:?}\nvalue = {expected:?}\nlow = {:?}\nhigh = {:?}\n",
+            0.9 * expected,
+            1.1 * expected
+        );
+        let report = with_known(late.path(), "record.csv", &[known, "delay"], &bounds, &few);
+        assert_eq!(
+            (&report["verdict"], added(&report)),
+            (&"none".into(), vec![]),
+            "{known}"
+        );
+        let found = value(&report, name);
+        assert!(off(found, expected) < 0.05, "{known}: {found}");
+        assert!(
+            off(value(&report, "delay"), 0.003) < 0.03,
+            "{known}: {report}"
+        );
+    }
 }
 
 #[test]

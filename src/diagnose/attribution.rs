@@ -179,6 +179,13 @@ impl<'a, 'b> Search<'a, 'b> {
     pub(super) fn run(mut self, base: &Model) -> Result<Attribution> {
         let mut model = base.clone();
         let mut order: Vec<Effect> = Vec::new();
+        let new = |model: &Model, order: &[Effect]| -> Vec<Effect> {
+            let has = |effect: &&Effect| {
+                base.structure().effects.contains(effect) || order.contains(effect)
+            };
+            let effects = model.structure().effects.iter();
+            effects.filter(|effect| !has(effect)).copied().collect()
+        };
         let mut exchanges = 0;
         let mut round = 0;
         while order.len() < self.max_effects && self.stage.goes_on() {
@@ -186,9 +193,7 @@ impl<'a, 'b> Search<'a, 'b> {
             let Some(next) = self.addition(&model, round, self.max_effects - order.len())? else {
                 break;
             };
-            let new = next.structure().effects.iter();
-            let new: Vec<Effect> = new.filter(|e| !order.contains(e)).copied().collect();
-            order.extend(new);
+            order.extend(new(&next, &order));
             model = next;
             while order.len() > 1 && exchanges < EXCHANGES && self.stage.goes_on() {
                 let Some(better) = self.exchange(&model, &order)? else {
@@ -196,9 +201,7 @@ impl<'a, 'b> Search<'a, 'b> {
                 };
                 exchanges += 1;
                 order.retain(|effect| better.structure().effects.contains(effect));
-                let new = better.structure().effects.iter();
-                let new: Vec<Effect> = new.filter(|e| !order.contains(e)).copied().collect();
-                order.extend(new);
+                order.extend(new(&better, &order));
                 model = better;
             }
         }

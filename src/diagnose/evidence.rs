@@ -34,7 +34,7 @@ pub(super) struct Evidence {
     pub(super) scale: [f64; 3],
     /// How large things are.
     pub(super) sizes: Scale,
-    /// Base parameters with their bounds.
+    /// The base model's parameters with their bounds, those of known effects among them.
     pub(super) base: Vec<Parameter>,
     /// Seed of all random numbers.
     pub(super) seed: u64,
@@ -154,18 +154,20 @@ impl Evidence {
         }
     }
 
-    /// `structure` on the fitted rows, its parameters starting where `start` has values for them.
+    /// `structure` on the fitted rows: what the base model has as it is there, what is new with bounds that suit the
+    /// records, and the free ones of both starting where `start` has values for them.
     pub(super) fn problem(&self, structure: &Structure, start: &[Parameter]) -> Problem {
-        let mut parameters = self.base.clone();
-        for effect in &structure.effects {
-            parameters.extend(effect.parameters(&self.sizes));
-        }
-        if let Some(form) = &structure.free_form {
-            parameters.extend(form.parameters(&self.sizes));
-        }
+        let named = |list: &[Parameter], name: &str| list.iter().find(|p| p.name == name).cloned();
+        let mut parameters = structure.parameters_at(&self.sizes);
         for parameter in &mut parameters {
-            if let Some(known) = start.iter().find(|p| p.name == parameter.name) {
-                parameter.start = parameter.clamp(known.start);
+            // By name: an effect that is added may stand before the known ones.
+            if let Some(known) = named(&self.base, &parameter.name) {
+                *parameter = known;
+            }
+            if let Some(from) = named(start, &parameter.name)
+                && !parameter.fixed
+            {
+                parameter.start = parameter.clamp(from.start);
             }
         }
         Problem {
@@ -182,10 +184,10 @@ impl Evidence {
         let Start { trial, released } = start;
         let structure = model.structure().with(effect);
         let mut start = model.problem.parameters.clone();
-        for parameter in &mut start {
-            if *released && effect.entry.imitated_by.contains(&parameter.name.as_str()) {
-                parameter.start = parameter.high;
-            }
+        let imitates = |p: &&mut Parameter| effect.entry.imitated_by.contains(&p.name.as_str());
+        if *released {
+            let imitating = start.iter_mut().filter(imitates);
+            imitating.for_each(|parameter| parameter.start = parameter.high);
         }
         let own = effect.parameters(&self.sizes);
         let free = own.into_iter().filter(|p| !p.fixed);
@@ -282,5 +284,157 @@ pub(super) fn set_start(problem: &mut Problem, values: &[f64]) {
     let free = problem.parameters.iter_mut().filter(|p| !p.fixed);
     for (parameter, value) in free.zip(values) {
         parameter.start = *value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::scale_of;
+    use crate::model::FreeForm;
+    use crate::model::effects::{CATALOGUE, Port};
+    use crate::model::valve::ValveForm;
+    use crate::record::{self, Channel, Record};
+
+    /// A spool with its flow, and a piston with the flow that moves it: every effect acts on one of them.
+    fn structures() -> [Structure; 2] {
+        [
+            vec![Output::Spool, Output::Flow],
+            vec![Output::Flow, Output::Position],
+        ]
+        .map(|observed| Structure {
+            observed,
+            valve: Some(ValveForm::linear()),
+            ..Structure::actuator(10.0, "V")
+        })
+    }
+
+    /// Evidence without rows, on which the parameters of `structure` have bounds and starts that no catalogue gives, and every
+    /// third is fixed.
+    fn evidence(structure: &Structure) -> Evidence {
+        let time: Vec<f64> = (0..1000).map(|k| 1e-3 * f64::from(k)).collect();
+        let values = |most: f64| time.iter().map(|t| most * (6.0 * t).sin()).collect();
+        let channels = [
+            (Channel::Command, "V", 9.0),
+            (Channel::Spool, "V", 8.0),
+            (Channel::Flow, "L/min", 50.0),
+            (Channel::Position, "mm", 30.0),
+        ]
+        .map(|(channel, unit, most)| (channel, record::Series::new(unit, values(most))));
+        let record = Record::new("run", time.clone(), channels).unwrap();
+        let mut sizes = scale_of(structure, &[record]);
+        sizes.lines = [Some(37.0); 3];
+        let mut base = structure.parameters_at(&sizes);
+        for (i, parameter) in base.iter_mut().enumerate() {
+            let share = 0.3 + 1e-3 * i as f64;
+            let [low, start, high] =
+                [share - 0.1, share, share + 0.1].map(|u| parameter.from_unit(u));
+            (parameter.low, parameter.start, parameter.high) = (low, start, high);
+            parameter.fixed = i % 3 == 1;
+        }
+        let nothing = Arc::new(Data::Series(Vec::new()));
+        Evidence {
+            fit: nothing.clone(),
+            hold_out: nothing,
+            scale: [1.0; 3],
+            sizes,
+            base,
+            seed: 1,
+            memory: Memory::default(),
+        }
+    }
+
+    fn model(evidence: &Evidence, structure: &Structure) -> Model {
+        Model {
+            problem: evidence.problem(structure, &evidence.base),
+            fit: Vec::new(),
+            hold_out: Vec::new(),
+            evaluations: 0,
+        }
+    }
+
+    fn names(parameters: &[Parameter]) -> Vec<&str> {
+        parameters.iter().map(|p| p.name.as_str()).collect()
+    }
+
+    /// The parameters of `problem` are those of its structure, in this order; what the base model has is as it is there.
+    fn assert_in_place(evidence: &Evidence, problem: &Problem) {
+        let ordered = problem.structure.parameters_at(&evidence.sizes);
+        let what = || format!("{:?}", problem.structure.effects);
+        assert_eq!(names(&problem.parameters), names(&ordered), "{}", what());
+        for (parameter, generic) in problem.parameters.iter().zip(&ordered) {
+            let known = evidence.base.iter().find(|p| p.name == parameter.name);
+            let mut expected = known.unwrap_or(generic).clone();
+            if !expected.fixed {
+                expected.start = parameter.start;
+            }
+            assert_eq!(*parameter, expected, "{}", what());
+            assert_eq!(parameter.clamp(parameter.start), parameter.start);
+        }
+    }
+
+    #[test]
+    fn known_effects_keep_their_parameters_whatever_is_added_or_dropped() {
+        let form = FreeForm {
+            port: Port::Command,
+            signal: Signal::Command,
+            output: None,
+            knots: vec![-5.0, 0.0, 5.0],
+        };
+        for bare in structures() {
+            let on = |entry: &&'static crate::model::effects::Entry| entry.on(&bare);
+            let all: Vec<Effect> = CATALOGUE.iter().flat_map(on).collect();
+            // None, each alone, and every pair.
+            let mut known: Vec<Vec<Effect>> = vec![Vec::new()];
+            for (i, &first) in all.iter().enumerate() {
+                known.push(vec![first]);
+                known.extend(all[i + 1..].iter().map(|&second| vec![first, second]));
+            }
+            for known in known {
+                let base = known.iter().fold(bare.clone(), |s, &effect| s.with(effect));
+                let evidence = evidence(&base);
+                let model = model(&evidence, &base);
+                assert_eq!(model.problem.parameters, evidence.base, "{known:?}");
+                let corrected = Structure {
+                    free_form: Some(form.clone()),
+                    ..base.clone()
+                };
+                assert_in_place(&evidence, &evidence.problem(&corrected, &evidence.base));
+                for &effect in all.iter().filter(|effect| !known.contains(effect)) {
+                    for start in Start::all(&effect, &evidence.sizes) {
+                        let problem = evidence.extended(&model, effect, &start);
+                        assert_in_place(&evidence, &problem);
+                        let own = effect.parameters(&evidence.sizes);
+                        for (own, value) in own.iter().filter(|p| !p.fixed).zip(&start.trial) {
+                            let found = problem.parameters.iter().find(|p| p.name == own.name);
+                            assert_eq!(found.unwrap().start, own.clamp(*value), "{effect}");
+                        }
+                        let without = problem.structure.without(effect);
+                        let again = evidence.problem(&without, &model.problem.parameters);
+                        assert_eq!(again.parameters, evidence.base, "{known:?}, {effect}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_imitates_an_effect_is_taken_back_only_where_it_is_free() {
+        let structure = &structures()[0];
+        let slew: Effect = "slew_limit".parse().unwrap();
+        for fixed in [false, true] {
+            let mut evidence = evidence(structure);
+            let of = |list: &[Parameter]| list.iter().position(|p| p.name == "saturation").unwrap();
+            let place = of(&evidence.base);
+            evidence.base[place].fixed = fixed;
+            let known = evidence.base[place].clone();
+            let start = Start {
+                trial: vec![100.0],
+                released: true,
+            };
+            let problem = evidence.extended(&model(&evidence, structure), slew, &start);
+            let found = problem.parameters[of(&problem.parameters)].start;
+            assert_eq!(found, if fixed { known.start } else { known.high });
+        }
     }
 }

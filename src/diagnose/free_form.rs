@@ -27,8 +27,12 @@ pub struct FoundForm {
     pub error_after: f64,
 }
 
-/// The corrections that most lower the cost of `base` on fitted rows, refitted with it, the lowest held-out cost first.
+/// The corrections that most lower the cost of `base` on fitted rows, refitted with it, the lowest held-out cost first. None
+/// where the base model has one already.
 pub(super) fn free_forms(evidence: &Evidence, base: &Model) -> Vec<Model> {
+    if base.structure().free_form.is_some() {
+        return Vec::new();
+    }
     let problem = |form: FreeForm| {
         let mut structure = base.structure().clone();
         structure.free_form = Some(form);

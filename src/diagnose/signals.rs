@@ -10,14 +10,15 @@ pub(super) struct Signals([Vec<f64>; 4]);
 impl Signals {
     pub(super) fn new(evidence: &Evidence, base: &Model) -> Self {
         let mut structure = base.structure().clone();
-        // The spool in the unit of the command, whatever is measured.
+        // The spool in the unit of the command, whatever is measured and whatever its sensor adds.
         structure.spool_unit = None;
         structure.observed = vec![Output::Spool];
-        structure.valve = None;
-        let actuator = structure.parameters();
+        structure.effects.retain(|effect| effect.output.is_none());
+        structure.free_form = structure.free_form.filter(|form| form.output.is_none());
+        let parameters = structure.parameters();
         let known = &base.problem.parameters;
         let value = |name: &str| known.iter().find(|p| p.name == name).map(|p| p.start);
-        let values: Vec<f64> = actuator
+        let values: Vec<f64> = parameters
             .iter()
             .map(|p| value(&p.name).unwrap_or(p.start))
             .collect();
@@ -46,5 +47,75 @@ impl Signals {
 
     pub(super) fn of(&self, signal: Signal) -> &[f64] {
         &self.0[signal as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::simulated;
+    use crate::evaluate::Memory;
+    use crate::evaluate::problem::{Data, Problem, Sample, Series};
+    use crate::model::Structure;
+    use crate::model::effects::Effect;
+    use std::sync::Arc;
+
+    #[test]
+    fn what_a_known_sensor_adds_is_no_signal_of_the_valve() {
+        let command = simulated::command(800);
+        let time: Vec<f64> = (0..800).map(|k| 1e-3 * f64::from(k)).collect();
+        let sample = |(&command, &time): (&f64, &f64)| Sample {
+            input: [command, 0.0, 0.0, 0.0, 0.0, 0.0, time],
+            weight: 1.0,
+            ..Sample::default()
+        };
+        let mut series = Series {
+            name: "run".into(),
+            samples: command.iter().zip(&time).map(sample).collect(),
+            time,
+        };
+        let bare = Structure::actuator(10.0, "V");
+        series.set_steps(bare.fastest_rate(&bare.parameters()), 1);
+        let data = Arc::new(Data::Series(vec![series]));
+        let signals = |structure: Structure, values: &[(&str, f64)]| {
+            let mut parameters = structure.parameters();
+            for parameter in &mut parameters {
+                let value = values.iter().find(|(name, _)| *name == parameter.name);
+                parameter.start = value.map_or(parameter.start, |(_, value)| *value);
+            }
+            let evidence = Evidence {
+                fit: data.clone(),
+                hold_out: data.clone(),
+                scale: [1.0; 3],
+                sizes: structure.generic_scale(),
+                base: parameters.clone(),
+                seed: 1,
+                memory: Memory::default(),
+            };
+            let problem = Problem {
+                data: data.clone(),
+                ..Problem::new(structure, parameters, Data::Series(Vec::new()))
+            };
+            let model = Model {
+                problem,
+                fit: Vec::new(),
+                hold_out: Vec::new(),
+                evaluations: 0,
+            };
+            Signals::new(&evidence, &model).0
+        };
+        let with = |names: &[&str]| {
+            let effects = names.iter().map(|name| name.parse::<Effect>().unwrap());
+            effects.fold(bare.clone(), |structure, effect| structure.with(effect))
+        };
+        let known = signals(
+            with(&["sensor_offset.spool", "sensor_drift.spool"]),
+            &[("sensor_offset_spool", 0.4), ("sensor_drift_spool", 0.3)],
+        );
+        assert_eq!(known, signals(bare.clone(), &[]));
+        // What acts on the spool itself is one.
+        let biased = signals(with(&["null_bias"]), &[("null_bias", 0.4)]);
+        let spool = Signal::Spool as usize;
+        assert!((biased[spool][0] - known[spool][0] - 0.4).abs() < 1e-9);
     }
 }

@@ -244,9 +244,14 @@ impl Structure {
 
     /// All parameters with generic bounds and start values, in the order in which [`Plant::new`] takes them.
     pub fn parameters(&self) -> Vec<Parameter> {
+        self.parameters_at(&self.generic_scale())
+    }
+
+    /// How large things are where no record says it.
+    pub(crate) fn generic_scale(&self) -> Scale {
         let spool = self.unit(Output::Spool);
         let spool = if spool == "%" { 100.0 } else { self.full_scale };
-        self.parameters_at(&Scale {
+        Scale {
             command: self.full_scale,
             command_unit: self.command_unit.clone(),
             outputs: [spool, 100.0, 100.0],
@@ -261,7 +266,7 @@ impl Structure {
             rated_drop: 10.0,
             speed: 20.0 * self.full_scale,
             lines: [None; 3],
-        })
+        }
     }
 
     /// The same, with bounds of the effects' parameters that suit `scale`.

@@ -47,6 +47,9 @@ fn errors(path: &Path) -> Vec<f64> {
 fn the_papers_valve_comes_out_with_its_published_areas_and_phase() {
     let (text, folder) = case("d675");
     let report = report(&folder);
+    // No effect was looked for.
+    assert_eq!(report["verdict"], "not_diagnosed");
+    assert!(report["explained"].is_null());
     for (i, area) in cases::d675_areas()
         .area
         .into_iter()

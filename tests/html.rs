@@ -39,7 +39,7 @@ const CASES: [Case; 3] = [
         name: "unexplained",
         synthesize: Some(&["--outsider", "detent=0.3", "--seconds", "4", "--no-flow"]),
         identify: &["--effects", "delay,null_bias"],
-        answer: "The base model lacks something that is in no entry of the catalogue.",
+        answer: "The base model lacks something that none of the 2 effects that were asked explains.",
         figures: &[],
     },
 ];

@@ -56,7 +56,7 @@ fn the_report_has_every_field_of_the_contract() {
     assert_eq!(report["schema"], "servobee/report/1");
     let verdict = report["verdict"].as_str().unwrap();
     assert!(
-        ["found", "none", "unexplained"].contains(&verdict),
+        ["found", "none", "unexplained", "not_diagnosed"].contains(&verdict),
         "{verdict}"
     );
     let strings = |list: &Value| {
@@ -114,7 +114,12 @@ fn the_base_model_leaves_far_more_than_noise_and_the_report_says_so() {
         "{text}"
     );
     let report = json(folder.path().join("out/report.json"));
-    assert_eq!(report["verdict"], "unexplained");
+    assert!(
+        text.contains("Verdict: not diagnosed. Which effects the base model lacks was not asked."),
+        "{text}"
+    );
+    assert_eq!(report["verdict"], "not_diagnosed");
+    assert!(report["explained"].is_null(), "{report}");
     assert_eq!(report["remaining"]["structured"], true);
     assert_eq!(report["effects"].as_array().unwrap().len(), 0);
     // 0.3 % of 10 V and of 57.6 L/min.
@@ -443,6 +448,71 @@ fn what_is_planted_and_known_is_followed_with_and_without_another() {
             "{known}: {report}"
         );
     }
+}
+
+#[test]
+fn what_was_not_asked_is_not_said_to_be_in_no_catalogue() {
+    let (folder, _) = excerpt();
+    for (effects, more, verdict, sentence) in [
+        (
+            "leakage,overlap",
+            "4",
+            "unexplained",
+            "lacks something that none of the 2 effects that were asked explains.",
+        ),
+        (
+            "leakage",
+            "4",
+            "unexplained",
+            "lacks something that the one effect that was asked, leakage, does not explain.",
+        ),
+        (
+            "all",
+            "0",
+            "not_diagnosed",
+            "not diagnosed. Which effects the base model lacks was not asked.",
+        ),
+    ] {
+        let call = [
+            "identify",
+            "bench.csv",
+            "--effects",
+            effects,
+            "--max-effects",
+            more,
+            "--out",
+            "out",
+            "--force",
+        ];
+        let text = printed(&servobee(folder.path(), &call));
+        assert!(text.contains(sentence), "{effects}: {text}");
+        assert!(!text.contains("catalogue"), "{effects}: {text}");
+        let report = json(folder.path().join("out/report.json"));
+        assert_eq!(report["verdict"], verdict, "{effects}");
+        assert!(report["explained"].is_null(), "{effects}");
+        let asked: Vec<&str> = match verdict {
+            "unexplained" => effects.split(',').collect(),
+            _ => vec![],
+        };
+        let told = report["asked"].as_array().unwrap();
+        assert_eq!(told.len(), asked.len(), "{report}");
+        assert!(asked.iter().all(|name| told.contains(&Value::from(*name))));
+        let page = read_to_string(folder.path().join("out/report.html")).unwrap();
+        assert!(
+            page.contains(sentence.trim_start_matches("not diagnosed. ")),
+            "{effects}"
+        );
+        assert!(!page.contains("catalogue"), "{effects}");
+    }
+    // What is known already cannot be asked.
+    let report = with_known(
+        folder.path(),
+        "bench.csv",
+        &["null_bias"],
+        "",
+        &["--effects", "null_bias"],
+    );
+    assert_eq!(report["verdict"], "not_diagnosed");
 }
 
 #[test]

@@ -89,7 +89,8 @@ fn quiet_says_nothing_and_a_written_model_comes_back() {
         "--json",
     ];
     let report: Value = serde_json::from_str(&printed(&servobee(folder.path(), &call))).unwrap();
-    assert_eq!(report["verdict"], "none");
+    assert_eq!(report["verdict"], "not_diagnosed");
+    assert_eq!(report["remaining"]["structured"], false);
     let delay = report["parameters"]
         .as_array()
         .unwrap()

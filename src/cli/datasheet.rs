@@ -439,11 +439,12 @@ fn document(
     };
     Document {
         schema: SCHEMA,
-        verdict: Verdict::None,
+        verdict: Verdict::NotDiagnosed,
+        asked: Vec::new(),
         effects: Vec::new(),
         considered: Vec::new(),
         free_form: None,
-        explained: 1.0,
+        explained: None,
         error: ErrorPair {
             before: sides.clone(),
             after: sides,

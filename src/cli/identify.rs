@@ -12,7 +12,7 @@ use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Mapping, Record, check_mappings};
 use servobee::report::{
     ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile,
-    ParameterReport, page,
+    ParameterReport, not_diagnosed, page, unexplained,
 };
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -257,20 +257,25 @@ fn print_effects(identified: &Identified, document: &Document) {
                 "Verdict: found. The base model lacks {names}."
             ));
         }
-        Verdict::Unexplained => colour::answer(
-            "Verdict: unexplained. The base model lacks something that is in no entry of the catalogue.",
-        ),
+        Verdict::Unexplained => {
+            let why = unexplained(identified);
+            colour::answer(format_args!("Verdict: unexplained. {why}"));
+        }
+        Verdict::NotDiagnosed => {
+            let why = not_diagnosed(identified);
+            colour::answer(format_args!("Verdict: not diagnosed. {why}"));
+        }
     }
     let error = |side: &ImprovementReport| {
         let ImprovementReport { percent, low, high } = side;
         format!("{percent:.1} % ({low:.1} .. {high:.1})")
     };
     if let Some(improvement) = &document.error.improvement.hold_out {
-        tell!(
-            "Held-out error lower by {}; {:.0} % of what was above the noise is explained.",
-            error(improvement),
-            100.0 * identified.explained
-        );
+        let explained = identified.explained.map_or(String::new(), |share| {
+            let percent = 100.0 * share;
+            format!("; {percent:.0} % of what was above the noise is explained")
+        });
+        tell!("Held-out error lower by {}{explained}.", error(improvement));
     }
     tell!();
     if let Some(form) = &document.free_form {

@@ -11,7 +11,7 @@ use super::{Added, Considered, Improvement, Noise, Question, Remaining, Residual
 use super::{improvement, noise_floor, remaining};
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem, Score, reference};
-use crate::model::effects::{Effect, Entry, Scale};
+use crate::model::effects::{CATALOGUE, Effect, Entry, Scale};
 use crate::model::{Output, Structure};
 use crate::search::{Fit, Plan, fit, refine};
 use crate::{Error, Result};
@@ -63,9 +63,15 @@ impl Options {
         }
     }
 
-    /// Whether anything may be added.
-    fn any(&self) -> bool {
-        self.max_effects > 0 && !self.effects.is_empty()
+    /// The effects that may be added to `structure`.
+    fn asked(&self, structure: &Structure) -> Vec<Effect> {
+        let new = |effect: &&Effect| {
+            !structure.effects.contains(effect) && effect.entry.on(structure).contains(effect)
+        };
+        match self.max_effects {
+            0 => Vec::new(),
+            _ => self.effects.iter().filter(new).copied().collect(),
+        }
     }
 }
 
@@ -89,6 +95,8 @@ pub struct Fitted {
 pub struct Identified {
     /// What the diagnosis comes to.
     pub verdict: Verdict,
+    /// The effects that were looked for.
+    pub asked: Vec<Effect>,
     /// The base model.
     pub before: Fitted,
     /// The base model with what was added; the base model itself where nothing was.
@@ -101,8 +109,8 @@ pub struct Identified {
     pub considered: Vec<Considered>,
     /// By how much the error fell, on fitted and on held-out rows, all channels in units of their noise.
     pub improvement: [Option<Improvement>; 2],
-    /// Share of the held-out error above the noise, squared, that the effects that were found explain.
-    pub explained: f64,
+    /// Share of the held-out error above the noise, squared, that the effects that were found explain; `None` where none was.
+    pub explained: Option<f64>,
     /// The records.
     pub measurements: Measurements,
     /// Each observed channel's noise.
@@ -121,6 +129,13 @@ impl Identified {
     /// Whether the result is more than the base model.
     pub fn changed(&self) -> bool {
         !self.added.is_empty() || self.free_form.is_some()
+    }
+
+    /// Whether every effect of the catalogue that can act was looked for, but for those that the base model has.
+    pub fn asked_all(&self) -> bool {
+        let structure = &self.before.problem.structure;
+        let mut all = CATALOGUE.iter().flat_map(|entry| entry.on(structure));
+        all.all(|effect| structure.effects.contains(&effect) || self.asked.contains(&effect))
     }
 
     /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator.
@@ -250,14 +265,15 @@ impl Diagnosis<'_> {
 
         let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan);
         let base = evidence.start_from(&before);
+        let asked = options.asked(&before.problem.structure);
         let mut attribution = None;
-        if options.any()
+        if !asked.is_empty()
             && !before.exact()
             && stage.goes_on()
             && let Some(base) = &base
         {
             evidence.look_at(base);
-            let allowed = |effect: &Effect| options.effects.contains(effect);
+            let allowed = |effect: &Effect| asked.contains(effect);
             let search = Search::new(
                 &evidence,
                 base,
@@ -272,6 +288,7 @@ impl Diagnosis<'_> {
         let mut added = Vec::new();
         let mut considered = Vec::new();
         let mut grounds = Grounds {
+            diagnosed: !asked.is_empty() && base.is_some() && stage.goes_on(),
             before: 1.0,
             after: 1.0,
             added: false,
@@ -310,7 +327,6 @@ impl Diagnosis<'_> {
         }
         let mut free_form = None;
         if let Some(base) = &base
-            && options.any()
             && stage.goes_on()
             && grounds.verdict() == Verdict::Unexplained
         {
@@ -333,8 +349,9 @@ impl Diagnosis<'_> {
         let integration_error = after.integration_error();
         Ok(Identified {
             verdict: grounds.verdict(),
+            asked,
             free_form,
-            explained: grounds.explained(),
+            explained: (!added.is_empty()).then(|| grounds.explained()),
             improvement: improvements(&before, &after, measurements, &noise, plan.seed),
             before,
             after,

@@ -10,17 +10,22 @@ const EXPLAINED: f64 = 0.8;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Effects of the catalogue explain what the base model could not.
+    /// Effects explain what the base model could not.
     Found,
     /// Nothing is missing that this data could show.
     None,
-    /// Something is missing that is in no entry of the catalogue.
+    /// Something is missing that no effect explains of those that were looked for.
     Unexplained,
+    /// No effect was looked for, or not to the end: none was asked, nothing was held out to judge them by, or the run was
+    /// broken off.
+    NotDiagnosed,
 }
 
 /// What the verdict follows from.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Grounds {
+    /// Whether effects were looked for, to the end.
+    pub(super) diagnosed: bool,
     /// Held-out cost of the base model, in units of noise.
     pub(super) before: f64,
     /// The same with the effects that were added.
@@ -46,10 +51,10 @@ impl Grounds {
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
         match (self.added, self.structured_before) {
-            (false, false) => Verdict::None,
-            (false, true) => Verdict::Unexplained,
             (true, _) if !self.structured_after || self.explained() >= EXPLAINED => Verdict::Found,
-            (true, _) => Verdict::Unexplained,
+            _ if !self.diagnosed => Verdict::NotDiagnosed,
+            (false, false) => Verdict::None,
+            _ => Verdict::Unexplained,
         }
     }
 }
@@ -61,6 +66,7 @@ mod tests {
     #[test]
     fn effects_are_believed_for_what_they_explain_or_leave_no_trace_of() {
         let grounds = |before, after, added, structured_before, structured_after| Grounds {
+            diagnosed: true,
             before,
             after,
             added,
@@ -94,6 +100,17 @@ mod tests {
                 "{grounds:?}"
             );
             assert_eq!(grounds.verdict(), verdict, "{grounds:?}");
+            // What was not looked at to the end names what it has found, and says nothing of what it has not.
+            let diagnosed = false;
+            let cut_short = Grounds {
+                diagnosed,
+                ..grounds
+            }
+            .verdict();
+            match verdict {
+                Verdict::Found => assert_eq!(cut_short, Verdict::Found, "{grounds:?}"),
+                _ => assert_eq!(cut_short, Verdict::NotDiagnosed, "{grounds:?}"),
+            }
         }
     }
 }

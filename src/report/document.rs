@@ -1,5 +1,6 @@
 //! `report.json`: its fields are a contract with the programs that read it.
 
+use super::no_name::asked;
 use crate::card::{Card, Figure};
 use crate::diagnose::{Fitted, FoundForm, Identified, Improvement, Remaining, Sides, Verdict};
 use crate::evaluate::{Chosen, Problem};
@@ -261,14 +262,16 @@ pub struct Document {
     pub schema: &'static str,
     /// What the diagnosis comes to.
     pub verdict: Verdict,
+    /// The effects that were looked for, by name.
+    pub asked: Vec<&'static str>,
     /// Effects in the order in which they were added.
     pub effects: Vec<AddedEffect>,
     /// Every effect that was looked at, round by round, with the reason for its choice or rejection.
     pub considered: Vec<ConsideredEffect>,
     /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
     pub free_form: Option<FreeFormReport>,
-    /// Share of the squared held-out error above the noise that the effects which were found explain.
-    pub explained: f64,
+    /// Share of the squared held-out error above the noise that the effects which were found explain; null where none was.
+    pub explained: Option<f64>,
     /// Errors before and after.
     pub error: ErrorPair,
     /// Standard deviation of each channel's noise, in its unit.
@@ -374,6 +377,7 @@ impl Document {
         Self {
             schema: SCHEMA,
             verdict: identified.verdict,
+            asked: asked(identified),
             effects: effects.collect(),
             considered: considered.collect(),
             free_form: identified

@@ -3,6 +3,7 @@
 mod document;
 mod html;
 mod model_file;
+mod no_name;
 mod number;
 mod output;
 mod output_file;
@@ -13,6 +14,7 @@ pub use document::{
 };
 pub use html::{datasheet_page, page};
 pub use model_file::ModelFile;
+pub use no_name::{not_diagnosed, unexplained};
 pub use number::{number, quantity, rounded};
 pub use output::OutputFolder;
 pub use output_file::OutputFile;

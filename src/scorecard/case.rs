@@ -207,6 +207,7 @@ impl Case {
                 Verdict::Found => "found",
                 Verdict::None => "none",
                 Verdict::Unexplained => "unexplained",
+                Verdict::NotDiagnosed => "not_diagnosed",
             }
             .into(),
             named: ties.join("+"),

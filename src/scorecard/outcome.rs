@@ -107,7 +107,7 @@ pub fn judge(known: &[String], odd: bool, verdict: Verdict, named: &[Vec<String>
         Verdict::None if empty => return Outcome::Right,
         Verdict::Unexplained if empty => return Outcome::FalseUnexplained,
         Verdict::Found if empty => return Outcome::FalseFound,
-        Verdict::None => return Outcome::Missed,
+        Verdict::None | Verdict::NotDiagnosed => return Outcome::Missed,
         Verdict::Unexplained => return Outcome::Unexplained,
         Verdict::Found if odd => return Outcome::Wrong,
         Verdict::Found => {}

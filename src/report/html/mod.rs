@@ -48,7 +48,7 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         }))
         (section("signatures", match identified.verdict {
             Verdict::Found => "What gave it away",
-            Verdict::None => "What the residual depends on",
+            Verdict::None | Verdict::NotDiagnosed => "What the residual depends on",
             Verdict::Unexplained => "What is missing",
         }, html! {
             @for figure in signature::all(identified) { (figure) }
@@ -73,8 +73,8 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         @if let Some(fell) = &document.error.improvement.hold_out {
             p {
                 (format!("The held-out error fell by {:.1} % (95 % interval {:.1} … {:.1} %)", fell.percent, fell.low, fell.high))
-                @if !identified.added.is_empty() {
-                    (format!("; {:.0} % of what was above the noise is explained", 100.0 * document.explained))
+                @if let Some(explained) = document.explained {
+                    (format!("; {:.0} % of what was above the noise is explained", 100.0 * explained))
                 }
                 "."
             }

@@ -136,7 +136,10 @@ fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
             (true, true, _) => "The line is what the curve of free form adds to the simulation of these rows. ",
             (true, false, _) => "No curve of a signal helped on the rows that were held out. ",
         }
-        @if let Some(rival) = &rival { "Of the catalogue " (rival) " comes closest, and does not follow. " }
+        @if let Some(rival) = &rival {
+            @if identified.asked_all() { "Of the catalogue " } @else { "Of the effects that were asked " }
+            (rival) " comes closest, and does not follow. "
+        }
         (explained(&found))
     };
     let roles: Vec<Role> = roles.iter().map(|(role, _, _)| *role).collect();

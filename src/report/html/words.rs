@@ -3,7 +3,7 @@
 use crate::diagnose::{Added, Fitted, Identified, Verdict};
 use crate::model::Output;
 use crate::model::effects::Effect;
-use crate::report::{FreeFormReport, quantity, rounded};
+use crate::report::{FreeFormReport, not_diagnosed, quantity, rounded, unexplained};
 
 /// The answer in one sentence.
 pub(super) fn answer(identified: &Identified) -> String {
@@ -15,9 +15,8 @@ pub(super) fn answer(identified: &Identified) -> String {
     } = identified;
     match (verdict, added.as_slice()) {
         (Verdict::None, _) => "The base model lacks nothing that this record shows.".into(),
-        (Verdict::Unexplained, _) => {
-            "The base model lacks something that is in no entry of the catalogue.".into()
-        }
+        (Verdict::Unexplained, _) => unexplained(identified),
+        (Verdict::NotDiagnosed, _) => not_diagnosed(identified),
         (Verdict::Found, [one]) => {
             let doubt = match doubts(one).as_str() {
                 "" => String::new(),

@@ -1,0 +1,41 @@
+//! What is said where a diagnosis gives no name.
+
+use crate::diagnose::Identified;
+
+/// What an unexplained verdict says, and why there is none where nothing was diagnosed, in one sentence.
+pub fn unexplained(identified: &Identified) -> String {
+    let lacks = "The base model lacks something that";
+    match asked(identified).as_slice() {
+        _ if identified.asked_all() => format!("{lacks} is in no entry of the catalogue."),
+        [one] => format!("{lacks} the one effect that was asked, {one}, does not explain."),
+        many => format!(
+            "{lacks} none of the {} effects that were asked explains.",
+            many.len()
+        ),
+    }
+}
+
+/// Why nothing was diagnosed, in one sentence.
+pub fn not_diagnosed(identified: &Identified) -> String {
+    match (&identified.broken_off, identified.asked.is_empty()) {
+        (Some(stage), _) => format!(
+            "What the base model lacks was looked for only until the run was interrupted in \"{stage}\"."
+        ),
+        (None, true) => "Which effects the base model lacks was not asked.".into(),
+        (None, false) => {
+            "Which effects the base model lacks cannot be told: nothing was held out to judge them by."
+                .into()
+        }
+    }
+}
+
+/// The names of the effects that were looked for, each once.
+pub(super) fn asked(identified: &Identified) -> Vec<&'static str> {
+    let mut names: Vec<&str> = Vec::new();
+    for effect in &identified.asked {
+        if !names.contains(&effect.entry.name) {
+            names.push(effect.entry.name);
+        }
+    }
+    names
+}

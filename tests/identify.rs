@@ -516,6 +516,34 @@ fn what_was_not_asked_is_not_said_to_be_in_no_catalogue() {
 }
 
 #[test]
+fn what_moved_is_said_beside_before_and_after_and_is_no_warning() {
+    let (folder, _) = excerpt();
+    let call = [
+        "identify",
+        "bench.csv",
+        "--effects",
+        "delay",
+        "--out",
+        "out",
+    ];
+    let ran = servobee(folder.path(), &call);
+    let text = printed(&ran);
+    assert!(
+        text.contains("moved") && text.contains("wrong and sure"),
+        "{text}"
+    );
+    let errors = String::from_utf8_lossy(&ran.stderr);
+    assert!(!errors.contains("sure"), "{errors}");
+    let report = json(folder.path().join("out/report.json"));
+    let parameters = report["parameters"].as_array().unwrap().iter();
+    assert!(
+        parameters.clone().any(|one| one["moved"] == true),
+        "{report}"
+    );
+    assert!(!report["warnings"].to_string().contains("sure"), "{report}");
+}
+
+#[test]
 fn a_short_record_is_fitted_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let text = "time [s],command [V],spool [V]\n0,0,0\n0.001,1,0\n0.002,1,0.1\n";

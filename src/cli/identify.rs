@@ -395,6 +395,9 @@ fn print_parameters(document: &Document) {
     let rows: Vec<Vec<String>> = document.parameters.iter().map(row).collect();
     let head = ["parameter", "unit", "before", "after", "95 % interval", ""];
     tell!("{}", table(&head, rows));
+    if document.parameters.iter().any(|parameter| parameter.moved) {
+        tell!("(moved: out of the interval of the base model, which was wrong and sure)");
+    }
     for line in &document.not_identifiable {
         tell!("Not identifiable: {line}");
     }

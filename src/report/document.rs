@@ -325,12 +325,6 @@ impl Document {
             if parameter.at_bound {
                 warnings.push(format!("{} sits on a bound of its range", parameter.name));
             }
-            if parameter.moved {
-                warnings.push(format!(
-                    "{} has left the interval that the base model gave it: the base model was wrong and sure",
-                    parameter.name
-                ));
-            }
         }
         let rows = after.problem.rows();
         let free = after.fit.free.len();

@@ -47,7 +47,7 @@ pub(super) fn parameters(parameters: &[ParameterReport], before: bool) -> Markup
             notes.push("at its bound");
         }
         if parameter.moved {
-            notes.push("left the interval of the base model");
+            notes.push("left the interval of the base model, which was wrong and sure");
         }
         notes.join(", ")
     };

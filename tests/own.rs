@@ -3,15 +3,24 @@
 mod common;
 
 use common::gpu;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use servobee::diagnose::{Cut, Options, Question, Verdict, identify};
 use servobee::evaluate::gpu::Checks;
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{
     CpuEvaluator, Evaluator, Loss, Population, Precision, Problem, reference,
 };
-use servobee::model::effects::{Act, Effect, Entry, Law, Port, Scale, entry, register};
-use servobee::model::{Hold, Parameter, Real, Structure};
+use servobee::model::effects::{
+    Act, CATALOGUE, Effect, Entry, Law, Port, Scale, entry, known, register,
+};
+use servobee::model::valve::ValveForm;
+use servobee::model::{Hold, Output, Parameter, Real, Structure};
+use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use servobee::search::{Plan, refine};
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
 
 /// What the catalogue's null_bias does, written by somebody else.
 struct Bias<R>(R);
@@ -275,15 +284,179 @@ fn an_own_effect_with_a_state_is_fitted_and_written() {
     assert_eq!(read, structure);
 }
 
+/// The refusal of an entry.
+fn refused(entry: Entry) -> String {
+    let error = register::<BiasLaw>(entry).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    error.to_string()
+}
+
 #[test]
 fn a_name_is_taken_once() {
     own_bias();
     let parameters = |_: &Scale, _| Vec::new();
     for name in ["own_bias", "null_bias"] {
-        let error = register::<BiasLaw>(described(name, parameters)).unwrap_err();
-        assert!(error.to_string().contains("already"), "{error}");
+        let error = refused(described(name, parameters));
+        assert!(error.contains("already"), "{error}");
     }
     assert!(entry("own_bias").is_some() && entry("nobody_s").is_none());
+}
+
+#[test]
+fn a_parameter_has_a_name_of_its_own() {
+    own_bias();
+    let with = |parameters| described("twin", parameters);
+    // Of the base model, of the catalogue, of another of one's own, and on two outputs.
+    let everywhere = Entry {
+        outputs: Some(|_, _| true),
+        ..with(|_, _| vec![Parameter::linear("twin", "1", 0.0, 0.0, 1.0)])
+    };
+    for (entry, name) in [
+        (
+            with(|_, _| vec![Parameter::linear("gain", "1", 0.0, 0.0, 1.0)]),
+            "\"gain\"",
+        ),
+        (
+            with(|_, _| vec![Parameter::linear("sensor_lag_flow", "s", 0.0, 0.0, 1.0)]),
+            "\"sensor_lag_flow\"",
+        ),
+        (
+            with(|_, _| vec![Parameter::linear("own_bias", "V", 0.0, 0.0, 1.0)]),
+            "\"own_bias\"",
+        ),
+        (everywhere, "\"twin\""),
+    ] {
+        let error = refused(entry);
+        assert!(error.contains(name), "{error}");
+    }
+    assert!(entry("twin").is_none());
+}
+
+#[test]
+fn more_states_than_a_structure_has_room_for_are_refused() {
+    bent();
+    let alone = Entry {
+        states: &["a", "b", "c", "d", "e", "f", "g"],
+        ..described("long", |_, _| Vec::new())
+    };
+    // Three states on each of three outputs.
+    let on_each = Entry {
+        states: &["a", "b", "c"],
+        outputs: Some(|_, _| true),
+        ..described("wide", |_, _| Vec::new())
+    };
+    for entry in [alone, on_each] {
+        let error = refused(entry);
+        assert!(
+            error.contains("states") && error.contains("of the 20"),
+            "{error}"
+        );
+    }
+    // With everything that there is nothing panics.
+    let full = Structure {
+        observed: Output::ALL.to_vec(),
+        valve: Some(ValveForm::linear()),
+        ..Structure::actuator(10.0, "V")
+    };
+    let all = known().flat_map(|entry| entry.on(&full));
+    let full = all.fold(full.clone(), |structure, effect| structure.with(effect));
+    assert!((15..=20).contains(&full.states().len()));
+    let problem = problem(&full, &[]);
+    assert!(reference::cost(&problem, &problem.start()).is_some());
+}
+
+/// A current that the amplifier does not give: u - droop · u · |u|.
+struct Droop<R>(R);
+
+impl<R: Real> Act<R> for Droop<R> {
+    fn command(&self, _own: &mut [R], command: R) -> R {
+        command - self.0 * command * command.abs()
+    }
+}
+
+struct DroopLaw;
+
+impl Law for DroopLaw {
+    type Act<R: Real> = Droop<R>;
+    fn act<R: Real>(next: &mut dyn FnMut() -> R) -> Droop<R> {
+        Droop(next())
+    }
+}
+
+#[test]
+fn a_diagnosis_that_is_given_it_names_it() {
+    let own = register::<DroopLaw>(Entry {
+        trials: |scale, _| vec![vec![0.1 / scale.command]],
+        ..described("droop", |scale, _| {
+            let most = 0.5 / scale.command;
+            let unit = format!("1/{}", scale.command_unit);
+            vec![Parameter::linear("droop", &unit, -most, 0.0, most)]
+        })
+    })
+    .unwrap();
+    let effect = Effect {
+        entry: own,
+        output: None,
+    };
+    let planted = 0.015;
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.004),
+        ("saturation", 3.0),
+        ("droop", planted),
+    ];
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut noise = || 0.03 * (0..12).map(|_| rng.random::<f64>() - 0.5).sum::<f64>();
+    let command = |k: usize| {
+        let t = 1e-3 * k as f64;
+        let height = [0.0, 6.0, -3.0, 9.0, 1.0, -8.0][k / 150 % 6];
+        height + (TAU * (1.0 + t) * t).sin()
+    };
+    let time: Vec<f64> = (0..4000).map(|k| 1e-3 * k as f64).collect();
+    let commanded = record::Series::new("V", (0..4000).map(command).collect());
+    let structure = Structure::actuator(10.0, "V").with(effect);
+    let mut series = Series::to_simulate(
+        &Record::new("own", time.clone(), [(Channel::Command, commanded.clone())]).unwrap(),
+        &structure,
+    )
+    .unwrap();
+    series.set_steps(2e4, 1);
+    let values: Vec<f64> = values.map(|(_, value)| value).to_vec();
+    let simulated = reference::trajectories(&structure, &values, &[series]);
+    let spool = simulated[0].iter().map(|row| row[0] + noise()).collect();
+    let channels = [
+        (Channel::Command, commanded),
+        (Channel::Spool, record::Series::new("V", spool)),
+    ];
+    let record = Record::new("own", time, channels).unwrap();
+
+    let diagnosed = |entries: &[&'static Entry]| {
+        let records = std::slice::from_ref(&record);
+        let question = Question::of(records, &[], Cut::default()).unwrap();
+        let options = Options::on(&question.structure, entries, 2);
+        let mut evaluator = CpuEvaluator::new(Precision::F32);
+        let plan = Plan::of_records(1);
+        let mut on = |_: &str| ControlFlow::Continue(());
+        identify(question, &mut evaluator, &plan, &options, &mut on).unwrap()
+    };
+    let found = diagnosed(&[CATALOGUE, &[own]].concat());
+    assert_eq!(found.verdict, Verdict::Found);
+    let names: Vec<Effect> = found.added.iter().map(|one| one.effect).collect();
+    assert_eq!(names, [effect]);
+    assert!(found.asked_all());
+    let after = &found.after;
+    let place = after
+        .problem
+        .parameters
+        .iter()
+        .position(|p| p.name == "droop");
+    let value = after.values[place.unwrap()];
+    println!("droop {value}, planted {planted}");
+    assert!((value / planted - 1.0).abs() < 0.03, "{value}");
+    // Nobody has asked for it here.
+    let unnamed = diagnosed(CATALOGUE);
+    assert!(unnamed.considered.iter().all(|one| one.effect != effect));
+    assert!(unnamed.added.iter().all(|one| one.effect != effect));
 }
 
 /// Huber's loss at twice the noise.

@@ -1,4 +1,4 @@
-//! Screening: what each effect of the catalogue promises, and what chance promises.
+//! Screening: what each effect promises, of the catalogue and of a user's own, and what chance promises.
 //!
 //! A score test at one value would miss effects that do nothing near their neutral value (an end stop) or have a kink
 //! there (friction). Each effect is therefore simulated at several values, its trials. Linearised there, together with the
@@ -13,7 +13,7 @@
 use super::evidence::{Evidence, Model, Side, Start};
 use super::linear::{Basis, Linear, dot};
 use crate::evaluate::Fingerprint;
-use crate::model::effects::{CATALOGUE, Effect};
+use crate::model::effects::{Effect, known};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -77,8 +77,7 @@ impl<'a> Screening<'a> {
         allowed: &dyn Fn(&Effect) -> bool,
     ) -> Option<Self> {
         let structure = model.structure();
-        let candidates: Vec<Effect> = CATALOGUE
-            .iter()
+        let candidates: Vec<Effect> = known()
             .flat_map(|entry| entry.on(structure))
             .filter(|effect| !structure.effects.contains(effect) && allowed(effect))
             .collect();

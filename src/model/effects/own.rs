@@ -2,8 +2,9 @@
 
 use super::act::Act;
 use super::{CATALOGUE, Entry};
-use crate::model::Real;
 use crate::model::real::reading::{Readings, for_number, reading};
+use crate::model::valve::ValveForm;
+use crate::model::{Initial, MOST_STATES, Output, Parameter, Real, Structure};
 use crate::{Error, Result};
 use std::fmt;
 use std::rc::Rc;
@@ -32,37 +33,102 @@ impl<R> fmt::Debug for Own<R> {
 
 struct Registered {
     entry: &'static Entry,
+    parameters: Vec<String>,
     readings: Readings,
 }
 
 static REGISTERED: RwLock<Vec<Registered>> = RwLock::new(Vec::new());
 
-/// Adds an effect to the catalogue of this process: [`entry`](super::entry) and model files know it from then on, every
-/// evaluator computes it, the polish differentiates it, and a diagnosis that is given it looks for it. It acts after the
-/// effects of [`CATALOGUE`] at its port.
+/// Adds an effect to those of this process: [`entry`](super::entry()) and model files know it from then on, every evaluator
+/// computes it, the polish differentiates it, and a diagnosis whose [`Options`](crate::diagnose::Options) list it looks for
+/// it. It acts after the effects of [`CATALOGUE`] at its port.
+///
+/// A structure has at most 20 states. The base model and the catalogue can take 14 of them; 6 are for all effects that are
+/// registered, where one that acts on one output at a time takes its states three times, once for each.
 ///
 /// # Errors
-/// There is an effect of this name already.
+/// There is an effect of this name already, or a parameter of the name of one of its own; it has more states than are left.
 pub fn register<L: Law>(entry: Entry) -> Result<&'static Entry> {
+    let refuse = |problem: String, remedy: &str| {
+        let place = format!("effect {:?}", entry.name);
+        Err(Error::input(place, problem, remedy))
+    };
+    let everything = everything();
+    let mut taken: Vec<String> = names(everything.parameters());
+    let scale = everything.generic_scale();
+    let on = |output| names((entry.parameters)(&scale, output));
+    let own: Vec<String> = outputs(&entry).into_iter().flat_map(on).collect();
     let mut registered = REGISTERED.write().expect("no panic while it is held");
-    let mut names = CATALOGUE
+    let mut known = CATALOGUE
         .iter()
         .copied()
-        .chain(registered.iter().map(|own| own.entry))
-        .map(|known| known.name);
-    if names.any(|name| name == entry.name) {
-        return Err(Error::input(
-            format!("effect {:?}", entry.name),
-            "is in the catalogue already",
+        .chain(registered.iter().map(|own| own.entry));
+    if known.any(|known| known.name == entry.name) {
+        return refuse(
+            "is in the catalogue already".into(),
             "give it another name, and register it once",
-        ));
+        );
+    }
+    taken.extend(registered.iter().flat_map(|own| own.parameters.clone()));
+    for name in &own {
+        // Values are matched by name.
+        if taken.contains(name) {
+            return refuse(
+                format!("has a parameter {name:?}, and there is one of this name already"),
+                "give each parameter a name of its own, on each output that it can act on",
+            );
+        }
+        taken.push(name.clone());
+    }
+    let others = registered.iter().map(|own| states(own.entry));
+    let left = MOST_STATES.saturating_sub(everything.states().len() + others.sum::<usize>());
+    if states(&entry) > left {
+        return refuse(
+            format!(
+                "takes {} states, and {left} are left of the {MOST_STATES} that a structure can have",
+                states(&entry)
+            ),
+            "give it fewer",
+        );
     }
     let entry: &'static Entry = Box::leak(Box::new(entry));
     registered.push(Registered {
         entry,
+        parameters: own,
         readings: |number| for_number!(number, R => make::<L, R> as Make<R>),
     });
     Ok(entry)
+}
+
+/// The outputs that an effect can be on, as far as its entry says it without a structure.
+fn outputs(entry: &Entry) -> Vec<Option<Output>> {
+    match entry.outputs {
+        None => vec![None],
+        Some(_) => Output::ALL.map(Some).to_vec(),
+    }
+}
+
+/// The states that an effect takes at most.
+fn states(entry: &Entry) -> usize {
+    entry.states.len() * outputs(entry).len()
+}
+
+fn names(parameters: Vec<Parameter>) -> Vec<String> {
+    parameters.into_iter().map(|one| one.name).collect()
+}
+
+/// A structure with every part that has states, and with every effect of the catalogue.
+fn everything() -> Structure {
+    let bare = Structure {
+        observed: Output::ALL.to_vec(),
+        spool_unit: Some("%".into()),
+        initial: Initial::Free,
+        valve: Some(ValveForm::linear()),
+        ..Structure::actuator(10.0, "V")
+    };
+    let effects = CATALOGUE.iter().flat_map(|entry| entry.on(&bare));
+    let effects = effects.collect();
+    Structure { effects, ..bare }
 }
 
 fn make<L: Law, R: Real>(next: &mut dyn FnMut() -> R) -> Own<R> {
@@ -84,5 +150,22 @@ impl<R: Real> Own<R> {
             reading::<R, _>(own.expect("an effect has been registered").readings)
         };
         make(next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_catalogue_leaves_states_and_gives_each_parameter_a_name_of_its_own() {
+        let everything = everything();
+        // As the documentation of `register` says.
+        assert_eq!((everything.states().len(), MOST_STATES), (14, 20));
+        let mut all = names(everything.parameters());
+        let count = all.len();
+        all.sort();
+        all.dedup();
+        assert_eq!(all.len(), count);
     }
 }

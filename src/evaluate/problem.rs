@@ -103,6 +103,10 @@ pub enum Stream {
 /// Samples per period that are correlated (`frest.Sinestream`'s default).
 pub const SAMPLES_PER_PERIOD: u32 = 40;
 
+/// Least and largest size of an output's noise that an own loss is told: their squares are normal numbers of single
+/// precision.
+const SIZES: (f64, f64) = (1e-18, 1e18);
+
 /// How long [`Stream::Settled`] lets the transient die out, s, and at least how many periods.
 const SETTLE: (f64, u32) = (1.0, 6);
 
@@ -185,10 +189,13 @@ impl Problem {
     #[inline(always)]
     pub(super) fn own_loss<R: Real>(&self) -> Option<SizedLoss<R>> {
         let loss = self.loss?;
-        Some((
-            loss.function(),
-            self.scale.map(|scale| scale.sqrt().recip()),
-        ))
+        // A channel that counts for nothing has no noise that its errors could be measured by: any size serves. Beyond
+        // what single precision holds, its device would compute with infinity.
+        let size = |scale: f64| match scale > 0.0 {
+            true => scale.sqrt().recip().clamp(SIZES.0, SIZES.1),
+            false => 1.0,
+        };
+        Some((loss.function(), self.scale.map(size)))
     }
 
     /// The free parameters.

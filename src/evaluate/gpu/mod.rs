@@ -158,7 +158,8 @@ impl GpuEvaluator {
     }
 
     /// The costs under a shader of the caller's instead of the composed one: how tests show that a wrong shader is
-    /// caught.
+    /// caught. It always runs with the driver's checks: only what this crate has composed is known to stay inside its
+    /// buffers.
     ///
     /// # Errors
     /// If the shader is refused or the device fails.
@@ -173,8 +174,11 @@ impl GpuEvaluator {
             problem,
             population,
         }];
-        let mut costs = self.evaluate(&jobs, &[source.to_owned()])?;
-        Ok(costs.pop().expect("one list for one job"))
+        let own = self.manner.checks;
+        self.manner.checks = Checks::On;
+        let costs = self.evaluate(&jobs, &[source.to_owned()]);
+        self.manner.checks = own;
+        Ok(costs?.pop().expect("one list for one job"))
     }
 
     fn evaluate(&mut self, jobs: &[Job<'_>], sources: &[String]) -> Result<Vec<Vec<Cost>>> {

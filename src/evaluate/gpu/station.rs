@@ -248,7 +248,7 @@ impl Station {
             Data::Series(_) => ("evaluate_series", &[1, 2, 3, 4, 5, 6]),
             Data::Tones(_) => ("evaluate_tones", &[1, 2, 6, 7, 8]),
         };
-        let key = format!("{entry}\n{source}");
+        let key = format!("{entry} {checks:?}\n{source}");
         if let Some(known) = self.pipelines.get(&key) {
             return Ok(known.clone());
         }

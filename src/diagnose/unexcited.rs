@@ -1,0 +1,118 @@
+//! What the fitted rows never excite and the held-out rows ask for.
+//!
+//! A parameter along which the cost of the fitted rows is flat can take any value there, and where held-out rows depend on
+//! it their error would be arbitrary. So it takes the value of that flat range which suits the held-out rows best: for the
+//! base model and for every rival alike, and the report says so.
+
+use super::score::Compared;
+use crate::evaluate::Problem;
+use crate::evaluate::problem::{Data, Series};
+use crate::model::{Output, Parameter};
+use crate::search::polish::{Flat, PolishOptions, within_flats};
+use std::sync::Arc;
+
+/// A parameter that the held-out rows had to set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unexcited {
+    /// The parameter.
+    pub parameter: String,
+    /// Its unit.
+    pub unit: String,
+    /// The values that make no difference to the fitted rows: from here
+    pub low: f64,
+    /// to here.
+    pub high: f64,
+    /// The value that suits the held-out rows best.
+    pub value: f64,
+    /// Held-out rows that depend on which of these values it has.
+    pub rows: usize,
+    /// The record that has most of them.
+    pub record: String,
+    /// Its time from the first of them to the last, s.
+    pub time: (f64, f64),
+}
+
+/// The values of `problem`'s free parameters where those in `flats` suit the held-out records best, and the ones that these
+/// ask for.
+pub(super) fn set_by_held_out(
+    problem: &Problem,
+    values: &[f64],
+    flats: &[Flat],
+    held_out: &Arc<Data>,
+    options: &PolishOptions,
+) -> (Vec<f64>, Vec<Flat>) {
+    let mut held = Problem {
+        data: held_out.clone(),
+        ..problem.clone()
+    };
+    let rows = held.rows() * held.structure.observed.len();
+    if flats.is_empty() || rows == 0 {
+        return (values.to_vec(), Vec::new());
+    }
+    within_flats(&mut held, rows, &problem.free(), values, flats, options)
+}
+
+impl Unexcited {
+    /// What a report says of the parameter that is flat over `flat` and that held-out `records` have set to its value among
+    /// `values`.
+    pub(super) fn new(problem: &Problem, values: &[f64], flat: &Flat, records: &[Series]) -> Self {
+        let free = problem.free();
+        let Parameter { name, unit, .. } = &free[flat.parameter];
+        let simulated = |value: f64| {
+            let mut values = values.to_vec();
+            values[flat.parameter] = value;
+            let all = problem.complete(&values, |fixed| fixed);
+            Compared::all(&problem.structure, &all, records)
+        };
+        let mut found = Self {
+            parameter: name.clone(),
+            unit: unit.clone(),
+            low: flat.low,
+            high: flat.high,
+            value: values[flat.parameter],
+            rows: 0,
+            record: String::new(),
+            time: (0.0, 0.0),
+        };
+        let mut most = 0;
+        for (low, high) in simulated(flat.low).iter().zip(simulated(flat.high)) {
+            let differs = |row: &usize| {
+                let apart = |output: &Output| {
+                    let i = *output as usize;
+                    let change = low.simulated[*row][i] - high.simulated[*row][i];
+                    change * change * problem.scale[i] > 1.0
+                };
+                low.series.samples[*row].weight > 0.0
+                    && problem.structure.observed.iter().any(apart)
+            };
+            let rows: Vec<usize> = (0..low.series.samples.len()).filter(differs).collect();
+            found.rows += rows.len();
+            if rows.len() > most {
+                most = rows.len();
+                found.record = low.series.name.clone();
+                found.time = (low.series.time[rows[0]], low.series.time[rows[most - 1]]);
+            }
+        }
+        found
+    }
+
+    /// In words, for a report.
+    pub fn describe(&self) -> String {
+        let Self {
+            parameter,
+            unit,
+            low,
+            high,
+            value,
+            rows,
+            record,
+            time,
+        } = self;
+        format!(
+            "the fitted rows do not determine {parameter}: between {low:.4} and {high:.4} {unit} it makes no difference to them. \
+             {rows} held-out rows depend on it (in {record} from {:.3} to {:.3} s): it was set to {value:.4} {unit} by these, \
+             for the base model and every rival alike. Fit rows that excite it as well",
+            time.0, time.1
+        )
+    }
+}

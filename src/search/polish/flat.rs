@@ -1,0 +1,280 @@
+//! Parameters along which the cost is flat: the data do not ask for them.
+
+use super::{Bound, Interval, LeastSquares, PolishOptions, Polished, polish};
+use crate::Result;
+use crate::model::Parameter;
+use serde::{Deserialize, Serialize};
+
+/// The cost is flat where it rises by less than this many mean squared residuals: one row three deviations off.
+const RISE: f64 = 9.0;
+/// Places between the result and a bound at which the cost is looked at.
+const PLACES: u32 = 4;
+/// How often the distance to where the cost begins to rise is halved.
+const HALVINGS: u32 = 12;
+
+/// A range of values of one parameter, up to a bound or to both, in which the cost does not change.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Flat {
+    /// The parameter's index.
+    pub parameter: usize,
+    /// Lower end of the range.
+    pub low: f64,
+    /// Upper end of the range.
+    pub high: f64,
+}
+
+impl Flat {
+    /// The interval of `parameter`, whose cost is flat here: open at the bounds.
+    pub fn interval(&self, parameter: &Parameter) -> Interval {
+        Interval {
+            low: self.low,
+            high: self.high,
+            open_low: self.low <= parameter.low,
+            open_high: self.high >= parameter.high,
+        }
+    }
+}
+
+/// [`polish`], after which a parameter that the data do not ask for has a value that does not depend on where the search
+/// came from: the bound up to which the cost is flat, where the parameter does nothing (a saturation above every error, a
+/// lag that is too short to be seen), or its value in `neutral` where the cost is flat between both bounds.
+///
+/// The gradient does not show this: it is zero at any saturation that is never reached, and beside one that is hardly
+/// reached it says nothing of what comes farther up. So the cost itself is computed along the parameter.
+///
+/// # Errors
+/// If the simulation diverges at `start`.
+pub fn polish_what_counts(
+    problem: &mut dyn LeastSquares,
+    parameters: &[Parameter],
+    [start, neutral]: [&[f64]; 2],
+    options: &PolishOptions,
+) -> Result<Polished> {
+    let mut polished = polish(problem, parameters, start, options)?;
+    let best = polished.cost;
+    let mut held = parameters.to_vec();
+    for (index, parameter) in parameters.iter().enumerate() {
+        let Some((flat, value, bound)) = look_along(problem, parameter, index, &polished, neutral)
+        else {
+            continue;
+        };
+        polished.values[index] = value;
+        polished.at_bound[index] = bound;
+        polished.flat.push(flat);
+        held[index].fixed = true;
+    }
+    if polished.flat.is_empty() {
+        return Ok(polished);
+    }
+    // What the others had made of it is taken back where the cost has risen at all.
+    polished.cost = problem.cost(&polished.values).unwrap_or(f64::INFINITY);
+    polished.evaluations += 1;
+    if polished.cost > best * (1.0 + options.cost_tolerance.max(1e-9)) {
+        let again = polish(problem, &held, &polished.values, options)?;
+        let at_bound = again.at_bound.iter().zip(&polished.at_bound);
+        polished = Polished {
+            at_bound: at_bound.map(|(new, old)| new.or(*old)).collect(),
+            iterations: polished.iterations + again.iterations,
+            evaluations: polished.evaluations + again.evaluations,
+            flat: polished.flat,
+            ..again
+        };
+    }
+    Ok(polished)
+}
+
+/// The range in which the cost does not change with parameter `index`, if there is one, the value that it then gets, and
+/// the bound that this is.
+fn look_along(
+    problem: &mut dyn LeastSquares,
+    parameter: &Parameter,
+    index: usize,
+    polished: &Polished,
+    neutral: &[f64],
+) -> Option<(Flat, f64, Option<Bound>)> {
+    let here = parameter.to_unit(polished.values[index]);
+    if parameter.fixed || !here.is_finite() {
+        return None;
+    }
+    let rows = polished.triangle.rows() as f64;
+    let level = polished.cost * (1.0 + RISE / rows);
+    let mut values = polished.values.clone();
+    let mut is_flat = |place: f64| {
+        values[index] = parameter.from_unit(place);
+        problem.cost(&values).is_some_and(|cost| cost <= level)
+    };
+    // At the bound first: there nearly every parameter is told from a flat one.
+    let mut up_to = |bound: f64| {
+        let place = |k: u32| bound + (here - bound) * f64::from(k) / f64::from(PLACES);
+        (0..PLACES).all(|k| is_flat(place(k)))
+    };
+    let (down, up) = (up_to(0.0), up_to(1.0));
+    let mut edge = |bound: f64| {
+        let (mut rises, mut flat) = (bound, here);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (rises + flat);
+            match is_flat(middle) {
+                true => flat = middle,
+                false => rises = middle,
+            }
+        }
+        parameter.from_unit(flat)
+    };
+    let (low, high, value, bound) = match (down, up) {
+        (false, false) => return None,
+        (true, true) => (parameter.low, parameter.high, neutral[index], None),
+        (true, false) => (parameter.low, edge(1.0), parameter.low, Some(Bound::Low)),
+        (false, true) => (edge(0.0), parameter.high, parameter.high, Some(Bound::High)),
+    };
+    let flat = Flat {
+        parameter: index,
+        low,
+        high,
+    };
+    Some((flat, value, bound))
+}
+
+/// The values at which the cost of another problem, a sum over `rows` squares, is lowest, when only the parameters in `flats` move, each inside its
+/// range; and which of them that problem asks for. Those that it does not ask for keep their values.
+///
+/// The ranges are searched from several places each: along a saturation the cost may have more than one valley.
+pub fn within_flats(
+    problem: &mut dyn LeastSquares,
+    rows: usize,
+    parameters: &[Parameter],
+    values: &[f64],
+    flats: &[Flat],
+    options: &PolishOptions,
+) -> (Vec<f64>, Vec<Flat>) {
+    let mut narrowed = parameters.to_vec();
+    narrowed
+        .iter_mut()
+        .for_each(|parameter| parameter.fixed = true);
+    let mut best = values.to_vec();
+    let mut asked = Vec::new();
+    for flat in flats {
+        let parameter = &mut narrowed[flat.parameter];
+        (parameter.low, parameter.high) = (flat.low, flat.high);
+        let mut along: Vec<(f64, f64)> = Vec::new();
+        for k in 0..=2 * PLACES {
+            let mut values = best.clone();
+            values[flat.parameter] = parameter.from_unit(f64::from(k) / f64::from(2 * PLACES));
+            let cost = problem.cost(&values).unwrap_or(f64::INFINITY);
+            along.push((cost, values[flat.parameter]));
+        }
+        along.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (least, most) = (along[0].0, along[along.len() - 1].0);
+        if most > least * (1.0 + RISE / rows as f64) {
+            best[flat.parameter] = along[0].1;
+            narrowed[flat.parameter].fixed = false;
+            asked.push(*flat);
+        }
+    }
+    if !asked.is_empty()
+        && let Ok(polished) = polish(problem, &narrowed, &best, options)
+    {
+        best = polished.values;
+    }
+    (best, asked)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is measured is `level` plus a ramp that is cut off at `limit`; `nothing` does nothing. 40 rows of the ramp up to
+    /// `reach`, measured with a level of 2 and a limit of 9, and off by ±0.01 in turn.
+    struct Ramp {
+        reach: f64,
+    }
+
+    impl LeastSquares for Ramp {
+        fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
+            let [level, limit, _] = candidate else {
+                unreachable!("three parameters")
+            };
+            for k in 0..40 {
+                let ramp = self.reach * f64::from(k) / 39.0;
+                let noise = if k % 2 == 0 { 0.01 } else { -0.01 };
+                let residual = 2.0 + ramp.min(9.0) + noise - level - ramp.min(*limit);
+                let cut = if ramp > *limit { -1.0 } else { 0.0 };
+                row(residual, &[-1.0, cut, 0.0]);
+            }
+            true
+        }
+
+        fn cost(&mut self, candidate: &[f64]) -> Option<f64> {
+            let mut sum = 0.0;
+            self.rows(candidate, &mut |residual, _| sum += residual * residual);
+            Some(sum)
+        }
+    }
+
+    fn parameters() -> [Parameter; 3] {
+        [
+            Parameter::linear("level", "V", -10.0, 0.0, 10.0),
+            Parameter::log("limit", "V", 0.1, 5.0, 20.0),
+            Parameter::linear("nothing", "V", -1.0, 0.25, 1.0),
+        ]
+    }
+
+    #[test]
+    fn what_the_data_do_not_ask_for_does_not_depend_on_the_start() {
+        let parameters = parameters();
+        let neutral = parameters.each_ref().map(|p| p.start);
+        for limit in [3.5, 5.0, 6.7, 12.0] {
+            let start = [0.3, limit, 0.7];
+            let mut ramp = Ramp { reach: 3.0 };
+            let options = PolishOptions::default();
+            let found =
+                polish_what_counts(&mut ramp, &parameters, [&start, &neutral], &options).unwrap();
+            assert!((found.values[0] - 2.0).abs() < 1e-9, "{found:?}");
+            assert_eq!(found.values[1..], [20.0, 0.25]);
+            assert_eq!(found.at_bound, [None, Some(Bound::High), None]);
+            let [limit, nothing] = &found.flat[..] else {
+                panic!("{:?}", found.flat)
+            };
+            assert!(
+                (limit.low - 3.0).abs() < 0.1 && limit.high == 20.0,
+                "{limit:?}"
+            );
+            assert_eq!((nothing.low, nothing.high), (-1.0, 1.0));
+        }
+    }
+
+    #[test]
+    fn what_the_data_ask_for_stays_where_the_polish_left_it() {
+        let parameters = parameters();
+        let start = parameters.each_ref().map(|p| p.start);
+        let mut ramp = Ramp { reach: 15.0 };
+        let options = PolishOptions::default();
+        let plain = polish(&mut ramp, &parameters, &start, &options).unwrap();
+        let found = polish_what_counts(&mut ramp, &parameters, [&start, &start], &options).unwrap();
+        assert!((found.values[1] - 9.0).abs() < 0.02, "{found:?}");
+        assert_eq!(found.values[..2], plain.values[..2]);
+        assert_eq!(found.flat.len(), 1);
+    }
+
+    #[test]
+    fn other_data_set_what_the_first_left_open_inside_its_range() {
+        let parameters = parameters();
+        let values = [2.0, 20.0, 0.25];
+        let flat = |parameter, low, high| Flat {
+            parameter,
+            low,
+            high,
+        };
+        let flats = [flat(1, 3.0, 20.0), flat(2, -1.0, 1.0)];
+        let options = PolishOptions::default();
+        let within = |reach| {
+            let mut ramp = Ramp { reach };
+            within_flats(&mut ramp, 40, &parameters, &values, &flats, &options)
+        };
+        let (found, asked) = within(15.0);
+        assert!((found[1] - 9.0).abs() < 0.02, "{found:?}");
+        assert_eq!((found[0], found[2]), (2.0, 0.25));
+        assert_eq!(asked, [flats[0]]);
+        // Data that do not reach it either leave it alone.
+        assert_eq!(within(2.5), (values.to_vec(), Vec::new()));
+    }
+}

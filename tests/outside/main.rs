@@ -1,0 +1,63 @@
+//! What a crate that depends on servobee does: read a record, diagnose it with an effect of its own beside the catalogue.
+
+use servobee::diagnose::{Cut, Options, Question, identify};
+use servobee::evaluate::{CpuEvaluator, Precision};
+use servobee::model::effects::{Act, CATALOGUE, Entry, Law, Port, register};
+use servobee::model::{Parameter, Real};
+use servobee::record::Record;
+use servobee::search::Plan;
+use std::ops::ControlFlow;
+
+/// An amplifier that bends: u + bend · u · |u|.
+struct Bend<R>(R);
+
+impl<R: Real> Act<R> for Bend<R> {
+    fn command(&self, _own: &mut [R], command: R) -> R {
+        command + self.0 * command * command.abs()
+    }
+}
+
+struct BendLaw;
+
+impl Law for BendLaw {
+    type Act<R: Real> = Bend<R>;
+    fn act<R: Real>(next: &mut dyn FnMut() -> R) -> Bend<R> {
+        Bend(next())
+    }
+}
+
+fn main() -> servobee::Result<()> {
+    let bend = register::<BendLaw>(Entry {
+        name: "bend",
+        port: Port::Command,
+        summary: "The amplifier bends",
+        finding: "the amplifier bends by {bend}",
+        equation: "u + bend u |u|",
+        shows: "an error that grows with the square of the command",
+        confused: "gain_curvature, which the spool does not show",
+        source: "the amplifier's data sheet",
+        parameters: |scale, _| {
+            let most = 0.5 / scale.command;
+            vec![Parameter::linear("bend", "1", -most, 0.0, most)]
+        },
+        trials: |scale, _| vec![vec![0.05 / scale.command]],
+        imitated_by: &[],
+        states: &[],
+        neutral: &[],
+        applies: |_| true,
+        outputs: None,
+    })?;
+    let path = std::env::args().nth(1).expect("a record");
+    let question = Question::of(&[Record::read(path, &[])?], &[], Cut::default())?;
+    let entries = [CATALOGUE, &[bend]].concat();
+    let options = Options::on(&question.structure, &entries, 4);
+    let mut evaluator = CpuEvaluator::new(Precision::F32);
+    let plan = Plan::of_records(1);
+    let found = identify(question, &mut evaluator, &plan, &options, &mut |_| {
+        ControlFlow::Continue(())
+    })?;
+    for added in &found.added {
+        println!("{}", added.effect);
+    }
+    Ok(())
+}

@@ -78,6 +78,15 @@ trap 'rm -f "$log"' EXIT
 status=0
 cargo test --locked --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
 
+# A crate of somebody else's, in release: profiles of this one do not reach it. With the same versions of what both use.
+outside=target/outside
+mkdir -p "$outside"
+cp tests/outside/Cargo.toml tests/outside/main.rs Cargo.lock "$outside/"
+if [ "$(cargo run --release --quiet --manifest-path "$outside/Cargo.toml" --target-dir target -- tests/data/bench.csv)" != delay ]; then
+    echo 'run.sh: a crate that depends on servobee does not find the delay in tests/data/bench.csv' | tee -a "$log" >&2
+    status=1
+fi
+
 # Licences and sources of what is linked; tests/soak.sh asks for advisories as well.
 if cargo deny --version > /dev/null 2>&1; then
     cargo deny --offline --config .ci/deny.toml check licenses bans sources || status=1

@@ -1,7 +1,13 @@
 //! The diagnosis on a small, fixed set of the scorecard's records: nothing planted, one effect, another form, two effects,
 //! and what is in no catalogue. `servobee scorecard` runs the whole set.
 
+use servobee::diagnose::{Cut, Identified, Options, Question, Verdict, identify};
+use servobee::evaluate::{CpuEvaluator, Precision};
+use servobee::model::effects::{CATALOGUE, entry};
+use servobee::record::{Channel, Record};
+use servobee::rig::{Command as Rig, Noise, Setup};
 use servobee::scorecard::{Case, Outcome, Plan, Row, run};
+use std::ops::ControlFlow;
 use std::sync::Mutex;
 
 /// Error after the diagnosis over the planted noise, at most.
@@ -82,4 +88,153 @@ fn what_is_in_no_catalogue_gets_no_name() {
         assert_eq!(row.verdict, "unexplained", "{}: {}", row.case, row.named);
         assert_eq!(row.named, "", "{}", row.case);
     }
+}
+
+/// 3.6 s in which the error of the spool stays small, and 4.2 s in which it saturates as well: of a valve that saturates at 3 V.
+fn rows_that_never_saturate(planted: &[&str], seed: u64) -> [Record; 2] {
+    let sweep = |t: f64, amplitude: f64, highest: f64, length: f64| {
+        amplitude * (std::f64::consts::TAU * (0.5 + highest / (2.0 * length) * t) * t).sin()
+    };
+    let gentle = |row: u32| {
+        let t = f64::from(row) * 1e-3;
+        match t {
+            _ if t < 0.4 => 0.0,
+            _ if t < 2.0 => sweep(t - 0.4, 1.2, 12.0, 1.6),
+            _ => 6.0 * (0.8 - (t - 2.8).abs()),
+        }
+    };
+    let rough = |row: u32| match row {
+        0..400 => 0.0,
+        400..900 => 8.0,
+        900..1500 => -7.0,
+        1500..2000 => 9.0,
+        2000..2400 => 0.0,
+        _ => gentle(row - 2000),
+    };
+    let setup = |name: &str, command: Vec<f64>, seed: u64| Setup {
+        name: name.into(),
+        planted: planted.iter().map(|one| one.parse().unwrap()).collect(),
+        command: Rig::Samples(command),
+        seed,
+        ..Setup::default()
+    };
+    [
+        setup("gentle", (0..3600).map(gentle).collect(), seed),
+        setup("rough", (0..4200).map(rough).collect(), seed + 100),
+    ]
+    .map(|setup| setup.record().unwrap())
+}
+
+fn identified(records: &[Record; 2], seed: u64) -> Identified {
+    let [fitted, held_out] = records.each_ref().map(std::slice::from_ref);
+    let question = Question::of(fitted, held_out, Cut::default()).unwrap();
+    let some = [
+        "hysteresis",
+        "overlap",
+        "null_bias",
+        "slew_limit",
+        "leakage",
+    ];
+    let some = some.map(|name| entry(name).unwrap());
+    let options = Options::on(&question.structure, &some, 4);
+    let plan = servobee::search::Plan::of_records(seed);
+    let mut evaluator = CpuEvaluator::new(Precision::F32);
+    identify(question, &mut evaluator, &plan, &options, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
+}
+
+/// Root of the mean squared held-out error over both channels, in units of the noise that was planted.
+fn held_out_error(found: &Identified) -> f64 {
+    let after = &found.after.errors.hold_out;
+    let noise = Setup::default();
+    let share = |channel: Channel| after[channel.name()].rmse / noise.noise_std(channel);
+    share(Channel::Spool).hypot(share(Channel::Flow)) / 2f64.sqrt()
+}
+
+/// The saturation is undetermined by the fitted rows: whatever the search leaves it at, it fits them equally.
+#[test]
+fn what_the_fitted_rows_do_not_determine_decides_nothing() {
+    for planted in [&[][..], &["overlap=4", "hysteresis=0.3"]] {
+        let records = rows_that_never_saturate(planted, 3);
+        for seed in 0..10 {
+            let found = identified(&records, seed);
+            let names: Vec<&str> = found
+                .added
+                .iter()
+                .map(|one| one.effect.entry.name)
+                .collect();
+            let error = held_out_error(&found);
+            println!(
+                "{planted:?}, seed {seed}: {:?} {names:?}, {error:.3}",
+                found.verdict
+            );
+            for one in &found.after.unexcited {
+                println!("    {}", one.describe());
+            }
+            match planted {
+                [] => assert_eq!(found.verdict, Verdict::None),
+                _ => assert_eq!(found.verdict, Verdict::Found),
+            }
+            let mut sorted = names.clone();
+            sorted.sort_unstable();
+            assert_eq!(
+                sorted,
+                if planted.is_empty() {
+                    vec![]
+                } else {
+                    vec!["hysteresis", "overlap"]
+                }
+            );
+            assert!(error < AFTER, "{error}");
+            let [open] = &found.after.unexcited[..] else {
+                panic!("{:?}", found.after.unexcited);
+            };
+            assert_eq!(
+                (open.parameter.as_str(), open.record.as_str()),
+                ("saturation", "rough")
+            );
+            assert!((open.value / 3.0 - 1.0).abs() < 0.05, "{}", open.value);
+            assert!(open.low < 3.0 && open.high > 10.0, "{open:?}");
+            // In the steps alone.
+            assert!(open.time.0 >= 0.4 && open.time.1 < 2.2, "{open:?}");
+        }
+    }
+}
+
+/// A fit of 99.99 % is no answer where the measurement is ten times finer.
+#[test]
+fn a_small_residual_far_above_the_noise_is_looked_at() {
+    let setup = Setup {
+        planted: vec!["sensor_offset.spool=0.0002".parse().unwrap()],
+        noise: Noise::white(1e-5),
+        flow: false,
+        ..Setup::default()
+    };
+    let record = setup.record().unwrap();
+    let question = Question::of(&[record], &[], Cut::default()).unwrap();
+    let options = Options::on(&question.structure, CATALOGUE, 4);
+    let plan = servobee::search::Plan::of_records(1);
+    let mut evaluator = CpuEvaluator::new(Precision::F32);
+    let found = identify(question, &mut evaluator, &plan, &options, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    let (before, after) = (&found.before.errors.hold_out, &found.after.errors.hold_out);
+    println!(
+        "{:?} {:?}: {:?} -> {:?}, noise {:?}",
+        found.verdict,
+        found
+            .added
+            .iter()
+            .map(|one| one.effect.entry.name)
+            .collect::<Vec<_>>(),
+        before["spool"],
+        after["spool"],
+        found.noise["spool"]
+    );
+    assert!(before["spool"].fit_percent > Some(99.99));
+    assert_ne!(found.verdict, Verdict::None);
+    assert!(after["spool"].rmse < 0.1 * before["spool"].rmse);
 }

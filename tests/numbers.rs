@@ -134,7 +134,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
 #[test]
 fn an_integration_error_above_the_noise_is_refused() {
     let fine = far_apart(2000.0).expect("a model");
-    for (channel, change) in &fine.integration_error {
+    for (channel, change) in &fine.after.integration_error {
         println!(
             "{channel}: {change} beside a noise of {}",
             fine.noise[channel].value

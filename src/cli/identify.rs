@@ -447,7 +447,7 @@ fn print_rest(identified: &Identified, document: &Document) {
             tell!("What is left in the residual depends on nothing that this record shows.")
         }
     }
-    for (channel, change) in &identified.integration_error {
+    for (channel, change) in &identified.after.integration_error {
         tell!(
             "Halving the integration steps changes {channel} by at most {}.",
             number(*change)

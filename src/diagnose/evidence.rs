@@ -2,13 +2,14 @@
 
 use super::line::strongest_line;
 use super::signals::Signals;
+use super::unexcited::set_by_held_out;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, Fingerprint, Memory, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Parameter, Signal, Structure};
-use crate::search::polish::{PolishOptions, polish};
-use crate::search::{self, Bees, Settings, Swarm};
+use crate::search::polish::{Flat, PolishOptions};
+use crate::search::{self, Bees, Settings, Swarm, polish_on_data};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -237,12 +238,13 @@ impl Evidence {
                 let mut fingerprint = Fingerprint::default();
                 fingerprint.text("quick polish").problem(&problem).finish()
             };
-            let polished: Option<(Vec<f64>, usize)> = self.memory.once(key, || {
-                let polished = polish(&mut problem.clone(), &free, &start, &QUICK).ok()?;
-                Some((polished.values, polished.evaluations))
+            let polished: Option<(Vec<f64>, Vec<Flat>, usize)> = self.memory.once(key, || {
+                let polished = polish_on_data(&problem, &free, &start, &QUICK).ok()?;
+                Some((polished.values, polished.flat, polished.evaluations))
             });
-            let values;
-            (values, evaluations) = polished?;
+            let (values, flats, count) = polished?;
+            evaluations = count;
+            let (values, _) = set_by_held_out(&problem, &values, &flats, &self.hold_out, &QUICK);
             set_start(&mut problem, &values);
         }
         let fit = self.residuals(&problem, Side::Fit)?;

@@ -6,6 +6,7 @@ use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::measurements::Measurements;
 use super::score::{Compared, errors};
 use super::stage::Stage;
+use super::unexcited::{Unexcited, set_by_held_out};
 use super::verdict::Grounds;
 use super::{Added, Considered, Improvement, Noise, Question, Remaining, Residuals, Verdict};
 use super::{improvement, noise_floor, remaining};
@@ -13,6 +14,7 @@ use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem, Score, reference};
 use crate::model::effects::{CATALOGUE, Effect, Entry, Scale};
 use crate::model::{Output, Structure};
+use crate::search::polish::PolishOptions;
 use crate::search::{Fit, Plan, fit, refine};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -23,11 +25,12 @@ use std::sync::Arc;
 /// seen by itself, and where it was taken from the residual's own differences.
 const ABOVE_NOISE: (f64, f64) = (1.3, 2.0);
 
-/// A fit (%) beyond which the residual is that of the integrator, not of the model.
-const EXACT: f64 = 99.99;
+/// No channel's noise is taken to be smaller than this fraction of its range: no converter of 24 bits resolves it, and
+/// single-precision logs do not store it.
+const SMALLEST_NOISE: f64 = 6e-8;
 
-/// No channel's noise is taken to be smaller than this fraction of its range: the integrator's error is not far below.
-const SMALLEST_NOISE: f64 = 1e-4;
+/// The integrator may err by this fraction of a channel's deviation, or by its noise, before its figures are refused.
+const TOLERATED: f64 = 1e-4;
 
 /// A noise floor is lowered if what is left at rest falls below this share of it.
 const QUIETER: f64 = 0.93;
@@ -88,6 +91,10 @@ pub struct Fitted {
     pub errors: Sides,
     /// What each observed channel's residual on the fitted data still depends on.
     pub remaining: BTreeMap<String, Remaining>,
+    /// Parameters that the fitted rows leave open and the held-out ones had to set.
+    pub unexcited: Vec<Unexcited>,
+    /// Largest change of each channel when the integration steps are halved, in its unit.
+    pub integration_error: BTreeMap<String, f64>,
 }
 
 /// A model with what the data say of it.
@@ -115,8 +122,6 @@ pub struct Identified {
     pub measurements: Measurements,
     /// Each observed channel's noise.
     pub noise: BTreeMap<String, Noise>,
-    /// Largest change of each channel when the integration steps are halved, in its unit.
-    pub integration_error: BTreeMap<String, f64>,
     /// The search for the base model, with each channel in units of its own deviation: the noise was not known yet.
     pub search: Fit,
     /// Candidates evaluated.
@@ -143,8 +148,8 @@ impl Identified {
         for &output in &self.after.problem.structure.observed {
             let name = output.name();
             let range = variance(&self.measurements.fit, output).sqrt();
-            let floor = self.noise[name].value.max(SMALLEST_NOISE * range);
-            let change = self.integration_error[name];
+            let floor = self.noise[name].value.max(TOLERATED * range);
+            let change = self.after.integration_error[name];
             if change > floor {
                 let unit = self.after.problem.structure.unit(output);
                 return Err(Error::failed(
@@ -346,7 +351,6 @@ impl Diagnosis<'_> {
                 free_form = found_form(base, best, &after);
             }
         }
-        let integration_error = after.integration_error();
         Ok(Identified {
             verdict: grounds.verdict(),
             asked,
@@ -359,7 +363,6 @@ impl Diagnosis<'_> {
             considered,
             measurements: measurements.clone(),
             noise,
-            integration_error,
             search: search.clone(),
             evaluations,
             broken_off: stage.broken_off().map(str::to_owned),
@@ -370,11 +373,12 @@ impl Diagnosis<'_> {
 impl Fitted {
     fn new(
         problem: Problem,
-        fit: Fit,
+        mut fit: Fit,
         measurements: &Measurements,
         noise: Option<&BTreeMap<String, Noise>>,
         seed: u64,
     ) -> Self {
+        let unexcited = set_what_is_open(&problem, &mut fit, measurements);
         let values = problem.complete(fit.values(), |fixed| fixed);
         let structure = &problem.structure;
         let fitted = Compared::all(structure, &values, &measurements.fit);
@@ -388,8 +392,11 @@ impl Fitted {
             values,
             errors,
             remaining: BTreeMap::new(),
+            unexcited,
+            integration_error: BTreeMap::new(),
             problem: problem.clone(),
         };
+        result.integration_error = result.largest_changes();
         if let Some(noise) = noise {
             result.look_at_residual(&fitted, noise, seed);
         }
@@ -408,8 +415,7 @@ impl Fitted {
         let mut residuals = Vec::new();
         for &output in &self.problem.structure.observed {
             let name = output.name().to_owned();
-            let exact = |percent: f64| percent > EXACT;
-            if self.errors.fit[&name].fit_percent.is_some_and(exact) {
+            if self.is_exact(&name) {
                 self.remaining.insert(name, Remaining::nothing());
                 continue;
             }
@@ -439,7 +445,10 @@ impl Fitted {
                 super::noise::DIFFERENCES => ABOVE_NOISE.1,
                 _ => ABOVE_NOISE.0,
             };
-            rest.structured |= self.errors.fit[&name].rmse > most * noise.value;
+            let floor = noise.value.max(self.least_error(&name));
+            let sides = [self.errors.fit.get(&name), self.errors.hold_out.get(&name)];
+            let above = |score: &Score| score.rmse > most * floor;
+            rest.structured |= sides.into_iter().flatten().any(above);
             self.remaining.insert(name, rest);
         }
     }
@@ -465,14 +474,23 @@ impl Fitted {
         self.remaining.values().any(|left| left.structured)
     }
 
-    /// Whether the model follows the data to within the integrator's error.
+    /// Whether the model follows the data, fitted and held out, to within the integrator's error.
     fn exact(&self) -> bool {
-        let exact = |score: &Score| score.fit_percent.is_some_and(|percent| percent > EXACT);
-        self.errors.fit.values().all(exact)
+        self.errors.fit.keys().all(|name| self.is_exact(name))
     }
 
-    /// Largest change of each observed channel when the integration steps are halved.
-    fn integration_error(&self) -> BTreeMap<String, f64> {
+    /// The same of one channel.
+    fn is_exact(&self, channel: &str) -> bool {
+        let least = self.least_error(channel);
+        let sides = [
+            self.errors.fit.get(channel),
+            self.errors.hold_out.get(channel),
+        ];
+        sides.into_iter().flatten().all(|score| score.rmse <= least)
+    }
+
+    /// Largest change of each observed channel when the integration steps of the fitted rows are halved.
+    fn largest_changes(&self) -> BTreeMap<String, f64> {
         let structure = &self.problem.structure;
         let records = |problem: &Problem| match &*problem.data {
             Data::Series(records) => reference::trajectories(structure, &self.values, records),
@@ -486,6 +504,47 @@ impl Fitted {
         };
         structure.observed.iter().map(change).collect()
     }
+
+    /// An error of a channel that says nothing of the model: the integrator's own, or what no file resolves.
+    fn least_error(&self, channel: &str) -> f64 {
+        let output = Output::ALL.into_iter().find(|one| one.name() == channel);
+        let records: &[Series] = match &*self.problem.data {
+            Data::Series(records) => records,
+            Data::Tones(_) => &[],
+        };
+        let range = output.map_or(0.0, |output| variance(records, output).sqrt());
+        self.integration_error[channel].max(SMALLEST_NOISE * range)
+    }
+}
+
+/// Lets the held-out rows set what the fitted ones leave open, and says what that was.
+fn set_what_is_open(
+    problem: &Problem,
+    fit: &mut Fit,
+    measurements: &Measurements,
+) -> Vec<Unexcited> {
+    let Some((polished, _)) = &mut fit.polished else {
+        return Vec::new();
+    };
+    if polished.flat.is_empty() {
+        return Vec::new();
+    }
+    let records = &measurements.hold_out;
+    let held_out = Arc::new(Data::Series(records.clone()));
+    let options = PolishOptions::default();
+    let (values, asked) = set_by_held_out(
+        problem,
+        &polished.values,
+        &polished.flat,
+        &held_out,
+        &options,
+    );
+    polished.values = values;
+    for flat in &asked {
+        polished.at_bound[flat.parameter] = None;
+    }
+    let one = |flat| Unexcited::new(problem, &polished.values, flat, records);
+    asked.iter().map(one).collect()
 }
 
 impl Evidence {

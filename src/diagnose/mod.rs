@@ -34,6 +34,7 @@ mod signature;
 #[cfg(test)]
 mod simulated;
 mod stage;
+mod unexcited;
 mod verdict;
 
 pub use attribution::{Added, Considered, Contest, Refit, Rival};
@@ -50,4 +51,5 @@ pub use question::Question;
 pub use residual::{Remaining, Residuals, coloured, remaining};
 pub use score::{Compared, errors};
 pub use signature::{Bin, Signature, signatures};
+pub use unexcited::Unexcited;
 pub use verdict::Verdict;

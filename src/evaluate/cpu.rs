@@ -172,7 +172,11 @@ impl<E: Element> Batch<'_, E> {
 
     /// The cost of the first candidate alone.
     fn cost_of_first(&self) -> Cost {
-        let cost = cost_in::<E>(self.problem, self.population.candidate(self.first));
+        let cost = cost_in::<E>(
+            self.problem,
+            self.population.candidate(self.first),
+            f64::INFINITY,
+        );
         cost.map_or(Cost::DIVERGED, Cost::finished)
     }
 }

@@ -32,36 +32,50 @@ pub fn responses(structure: &Structure, values: &[f64], tones: &[Tone]) -> Vec<(
 
 /// The cost of a candidate's free values, or `None` where it diverges.
 pub fn cost(problem: &Problem, free: &[f64]) -> Option<f64> {
-    cost_in::<f64>(problem, free).filter(|total| total.is_finite())
+    cost_up_to(problem, free, f64::INFINITY)
 }
 
-/// The cost of a candidate's free values as it is computed in `R`, or `None` where a state has left all bounds.
-pub(super) fn cost_in<R: Valued + Into<f64>>(problem: &Problem, free: &[f64]) -> Option<f64> {
+/// The same, or `None` where it is above `most`: most such candidates show that after a few rows.
+pub fn cost_up_to(problem: &Problem, free: &[f64], most: f64) -> Option<f64> {
+    let cost = cost_in::<f64>(problem, free, most);
+    cost.filter(|total| total.is_finite() && *total <= most)
+}
+
+/// The cost of a candidate's free values as it is computed in `R`, or `None` where a state has left all bounds, or the first
+/// rows alone cost more than `most`.
+pub(super) fn cost_in<R: Valued + Into<f64>>(
+    problem: &Problem,
+    free: &[f64],
+    most: f64,
+) -> Option<f64> {
     let structure = &problem.structure;
     let free: Vec<R> = free.iter().map(|&value| R::constant(value)).collect();
     let values = problem.complete(&free, R::constant);
     let plant = Plant::new(structure, &values);
-    let mut diverged = false;
+    let mut given_up = false;
     let mut watch = |state: &[R]| {
         let wild = |value: f64| value.is_nan() || value.abs() >= STATE_LIMIT;
-        diverged |= state.iter().any(|&value| wild(value.into()));
-        diverged
+        given_up |= state.iter().any(|&value| wild(value.into()));
+        given_up
     };
     let total = match &*problem.data {
         Data::Series(records) => {
             let mut sums = [0.0; 3];
             for record in records {
                 let mut squares = Squares::new(structure, record, problem.own_loss());
+                let mut above = false;
                 let mut row = |k: usize, state: &[R], outputs: [R; 3]| {
-                    let add = |slice: [R; 3]| {
-                        for (sum, part) in sums.iter_mut().zip(slice) {
-                            *sum += part.into();
-                        }
-                    };
-                    squares.add(k, state, outputs, add, &mut watch)
+                    let mut so_far = sums;
+                    add(&mut so_far, squares.slice());
+                    above = problem.cost_of_squares(so_far) > most;
+                    !above
+                        && squares.add(k, state, outputs, |slice| add(&mut sums, slice), &mut watch)
                 };
                 let row: Row<R> = &mut row;
                 with_states!(structure, series::<R>(structure, &plant, record, row));
+                if above {
+                    return None;
+                }
             }
             problem.cost_of_squares(sums)
         }
@@ -75,7 +89,14 @@ pub(super) fn cost_in<R: Valued + Into<f64>>(problem: &Problem, free: &[f64]) ->
             problem.cost_of_responses(tones, all)
         }
     };
-    (!diverged).then_some(total)
+    (!given_up).then_some(total)
+}
+
+/// Adds a slice's sums to those of all before it.
+fn add<R: Into<f64>>(sums: &mut [f64; 3], slice: [R; 3]) {
+    for (sum, part) in sums.iter_mut().zip(slice) {
+        *sum += part.into();
+    }
 }
 
 /// Hands every weighted residual, measured minus simulated, and its gradient with respect to the free parameters to

@@ -245,6 +245,11 @@ impl<'a, R: Real> Squares<'a, R> {
         }
     }
 
+    /// The sums of this slice's chunks that are done.
+    pub(super) fn slice(&self) -> [R; 3] {
+        self.slice
+    }
+
     /// Adds row `k`. `slice_done` gets the sums of every slice of [`SLICE`] rows. After every chunk `diverged` looks at the
     /// state, and ends the simulation by returning true: then this returns false.
     #[inline(always)]
@@ -269,7 +274,7 @@ impl<'a, R: Real> Squares<'a, R> {
                 self.chunk[i] = self.chunk[i] + cost;
             }
         }
-        if (k + 1) % CHUNK != 0 && !last {
+        if !(k + 1).is_multiple_of(CHUNK) && !last {
             return true;
         }
         let zero = [R::constant(0.0); 3];
@@ -277,7 +282,7 @@ impl<'a, R: Real> Squares<'a, R> {
             self.slice[i] = self.slice[i] + self.chunk[i];
         }
         self.chunk = zero;
-        if (k + 1) % SLICE == 0 || last {
+        if (k + 1).is_multiple_of(SLICE) || last {
             slice_done(self.slice);
             self.slice = zero;
         }

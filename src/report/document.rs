@@ -2,11 +2,14 @@
 
 use super::no_name::asked;
 use crate::card::{Card, Figure};
-use crate::diagnose::{Fitted, FoundForm, Identified, Improvement, Remaining, Sides, Verdict};
+use crate::diagnose::{
+    Fitted, FoundForm, Identified, Improvement, Remaining, Sides, Unexcited, Verdict,
+};
 use crate::evaluate::{Chosen, Problem};
 use crate::model::Parameter;
 use crate::model::effects::Effect;
 use crate::search::Fit;
+use crate::search::polish::Unidentifiable;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -171,6 +174,8 @@ pub struct ParameterReport {
     pub fixed: bool,
     /// Whether it moved out of its 95 % interval in the base model.
     pub moved: bool,
+    /// Whether the fitted rows leave it open: from `low` to `high` it makes no difference to them.
+    pub flat: bool,
 }
 
 impl ParameterReport {
@@ -191,6 +196,7 @@ impl ParameterReport {
     pub fn of(problem: &Problem, fit: &Fit) -> Vec<Self> {
         let mut free = 0;
         let one = |parameter: &Parameter| {
+            let mut flat = false;
             let (value, low, high, at_bound) = if parameter.fixed {
                 (parameter.start, parameter.start, parameter.start, false)
             } else {
@@ -199,6 +205,7 @@ impl ParameterReport {
                 match &fit.polished {
                     Some((polished, uncertainty)) => {
                         let interval = &uncertainty.intervals[free - 1];
+                        flat = polished.flat.iter().any(|one| one.parameter == free - 1);
                         (
                             value,
                             interval.low,
@@ -224,6 +231,7 @@ impl ParameterReport {
                 before: Some(value),
                 fixed: parameter.fixed,
                 moved: false,
+                flat,
             }
         };
         problem.parameters.iter().map(one).collect()
@@ -316,16 +324,17 @@ impl Document {
             before,
             after,
             noise,
-            integration_error,
             ..
         } = identified;
+        let integration_error = &after.integration_error;
         let base = ParameterReport::of(&before.problem, &before.fit);
         let parameters = ParameterReport::beside(&base, &after.problem, &after.fit);
         for parameter in &parameters {
-            if parameter.at_bound {
+            if parameter.at_bound && !parameter.flat {
                 warnings.push(format!("{} sits on a bound of its range", parameter.name));
             }
         }
+        warnings.extend(after.unexcited.iter().map(Unexcited::describe));
         let rows = after.problem.rows();
         let free = after.fit.free.len();
         if rows < SHORT * free {
@@ -460,12 +469,20 @@ fn names(effects: &[Effect], own: &str) -> Vec<String> {
 
 /// In words, the parameters that the data of a polished fit do not determine.
 pub fn not_identifiable(fit: &Fit) -> Vec<String> {
-    let Some((_, uncertainty)) = &fit.polished else {
+    let Some((polished, uncertainty)) = &fit.polished else {
         return Vec::new();
     };
-    uncertainty
-        .unidentifiable
-        .iter()
-        .map(|group| group.describe(&fit.free))
+    let is_flat = |group: &&Unidentifiable| {
+        let flat = polished.flat.iter().map(|flat| [flat.parameter]);
+        flat.into_iter().any(|alone| group.parameters == alone)
+    };
+    let flat = polished.flat.iter().map(|flat| {
+        let Parameter { name, unit, .. } = &fit.free[flat.parameter];
+        let (low, high) = (flat.low, flat.high);
+        format!("{name}: from {low:.4} to {high:.4} {unit} it makes no difference to the data")
+    });
+    let groups = uncertainty.unidentifiable.iter();
+    let others = groups.filter(|group| !is_flat(group));
+    flat.chain(others.map(|group| group.describe(&fit.free)))
         .collect()
 }

@@ -2,7 +2,7 @@
 
 use super::polish::{
     Kind, LeastSquares, PolishOptions, Polished, Uncertainty, UncertaintyOptions, Unidentifiable,
-    autocorrelation_inflation, polish, profile,
+    autocorrelation_inflation, polish, polish_what_counts, profile,
 };
 use super::{Bees, Settings, Start, Swarm, forage};
 use crate::Result;
@@ -19,6 +19,10 @@ impl LeastSquares for Problem {
 
     fn cost(&mut self, candidate: &[f64]) -> Option<f64> {
         reference::cost(self, candidate)
+    }
+
+    fn costs_at_most(&mut self, candidate: &[f64], most: f64) -> bool {
+        reference::cost_up_to(self, candidate, most).is_some()
     }
 }
 
@@ -190,8 +194,7 @@ fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
                 fingerprint.values(&search.values).finish()
             };
             let polished = plan.memory.try_once(key, || {
-                let options = PolishOptions::default();
-                polish(&mut problem.clone(), &free, &search.values, &options)
+                polish_on_data(&problem, &free, &search.values, &PolishOptions::default())
             })?;
             evaluations += polished.evaluations;
             let inflation = if plan.coloured {
@@ -205,6 +208,9 @@ fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
             };
             let mut uncertainty = Uncertainty::new(&free, &polished, &options);
             profile_doubtful(&mut problem, &free, &polished, &mut uncertainty);
+            for flat in &polished.flat {
+                uncertainty.intervals[flat.parameter] = flat.interval(&free[flat.parameter]);
+            }
             Some((polished, uncertainty))
         }
     };
@@ -215,6 +221,24 @@ fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
         polished,
         evaluations,
     })
+}
+
+/// Polishes `values` of the free parameters. What the rows of records do not ask for then sits where its start or a bound is;
+/// the points of a sine stream are too few to say so of a parameter.
+pub(crate) fn polish_on_data(
+    problem: &Problem,
+    free: &[Parameter],
+    values: &[f64],
+    options: &PolishOptions,
+) -> Result<Polished> {
+    let mut problem = problem.clone();
+    match &*problem.data {
+        Data::Series(_) => {
+            let neutral = problem.start();
+            polish_what_counts(&mut problem, free, [values, &neutral], options)
+        }
+        Data::Tones(_) => polish(&mut problem, free, values, options),
+    }
 }
 
 /// Most parameters whose cost is followed, and most integration steps a candidate may take for that.
@@ -236,8 +260,9 @@ fn profile_doubtful(
             |group: &Unidentifiable| group.kind == Kind::NoEffect && group.parameters == [j];
         uncertainty.unidentifiable.iter().any(alone)
     };
+    let is_flat = |j: usize| polished.flat.iter().any(|flat| flat.parameter == j);
     let doubtful: Vec<usize> = (0..free.len())
-        .filter(|&j| polished.at_bound[j].is_some() || no_effect(j))
+        .filter(|&j| !is_flat(j) && (polished.at_bound[j].is_some() || no_effect(j)))
         .collect();
     for j in doubtful {
         uncertainty.intervals[j] = profile(

@@ -101,7 +101,7 @@ fn look_along(
     let mut values = polished.values.clone();
     let mut is_flat = |place: f64| {
         values[index] = parameter.from_unit(place);
-        problem.cost(&values).is_some_and(|cost| cost <= level)
+        problem.costs_at_most(&values, level)
     };
     // At the bound first: there nearly every parameter is told from a flat one.
     let mut up_to = |bound: f64| {

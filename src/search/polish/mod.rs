@@ -9,6 +9,7 @@
 mod autocorrelation;
 mod coordinates;
 mod directions;
+mod flat;
 mod identifiability;
 mod profile;
 mod spectrum;
@@ -24,6 +25,7 @@ use crate::model::Parameter;
 use crate::{Error, Result};
 pub use autocorrelation::autocorrelation_inflation;
 use coordinates::Coordinates;
+pub use flat::{Flat, polish_what_counts, within_flats};
 pub use identifiability::{Kind, Unidentifiable};
 pub use profile::profile;
 pub use spread::{Axis, spread};
@@ -45,6 +47,12 @@ pub trait LeastSquares {
     /// The sum of the squares of the residuals that [`rows`](Self::rows) hands over at `candidate`, or `None` if the
     /// simulation diverged.
     fn cost(&mut self, candidate: &[f64]) -> Option<f64>;
+
+    /// Whether that sum is at most `most`; false if the simulation diverged. Where a part of the sum is above it, the rest
+    /// need not be known.
+    fn costs_at_most(&mut self, candidate: &[f64], most: f64) -> bool {
+        self.cost(candidate).is_some_and(|cost| cost <= most)
+    }
 }
 
 /// When [`polish`] stops, and how cautiously it starts.
@@ -120,6 +128,8 @@ pub struct Polished {
     pub at_bound: Vec<Option<Bound>>,
     /// Triangular factor of the Jacobian and residual at `values`, in search coordinates.
     pub triangle: Triangle,
+    /// Parameters along which the cost is flat, where [`polish_what_counts`] has looked.
+    pub flat: Vec<Flat>,
 }
 
 /// Finds the local minimum of the cost next to `start` within the bounds of `parameters`.
@@ -209,5 +219,6 @@ pub fn polish(
         evaluations,
         stop,
         triangle,
+        flat: Vec::new(),
     })
 }

@@ -1,6 +1,7 @@
 //! Reading the files that a user gives: never more of one than a file of its kind can hold.
 
 use crate::{Error, Result};
+use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -33,6 +34,12 @@ pub(crate) fn bytes(path: &Path, longest: u64, shorter: &str) -> Result<Vec<u8>>
         format!("is longer than {} MiB", longest >> 20),
         shorter,
     ))
+}
+
+/// The SHA-256 of `bytes`, in hexadecimal digits.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    let digits = |byte: u8| format!("{byte:02x}");
+    Sha256::digest(bytes).into_iter().map(digits).collect()
 }
 
 /// [`bytes`] as text.

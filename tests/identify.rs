@@ -13,8 +13,9 @@ use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::valve::ValveForm;
-use servobee::model::{Output, Structure};
+use servobee::model::{Hold, Output, Structure};
 use servobee::record::{self, Channel, Record};
+use sha2::{Digest, Sha256};
 use std::fs::{create_dir, read_to_string, write};
 use std::path::Path;
 use tempfile::TempDir;
@@ -40,7 +41,7 @@ fn report(folder: &Path, arguments: &[&str]) -> Value {
 fn without_time(text: &str) -> String {
     let lines = text
         .lines()
-        .filter(|line| !line.starts_with("  \"seconds\": "));
+        .filter(|line| !line.starts_with("  \"seconds\": ") && !line.starts_with("  \"date\": "));
     lines.collect::<Vec<&str>>().join("\n")
 }
 
@@ -613,8 +614,14 @@ fn the_gpu_finds_the_parameters_that_the_cpu_finds() {
 /// A folder with `record.csv` that an actuator with these K, T and S gives exactly, and perhaps a spool gain; and even noise of
 /// up to `noise`.
 fn planted(values: &[f64], spool_unit: Option<&str>, noise: f64) -> TempDir {
+    planted_with(values, spool_unit, noise, Hold::Held)
+}
+
+/// The same where the command is held between two rows, or not.
+fn planted_with(values: &[f64], spool_unit: Option<&str>, noise: f64, hold: Hold) -> TempDir {
     let structure = Structure {
         spool_unit: spool_unit.map(String::from),
+        hold,
         ..Structure::actuator(10.0, "V")
     };
     let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
@@ -836,8 +843,142 @@ fn any_dialect_of_csv_gives_the_same_report() {
         write(folder.path().join("bench.csv"), dialect).unwrap();
         report(folder.path(), &call);
         let found = read_to_string(folder.path().join("out/report.json")).unwrap();
-        assert_eq!(without_time(&found), without_time(&expected), "{name}");
+        // The files are not the same.
+        let rest = |text: &str| {
+            let text = without_time(text);
+            let lines = text.lines().filter(|line| !line.contains("\"sha256\": "));
+            lines.map(String::from).collect::<Vec<String>>()
+        };
+        assert_eq!(rest(&found), rest(&expected), "{name}");
     }
+}
+
+#[test]
+fn the_name_of_a_record_does_not_shift_the_columns_of_the_residual_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "run 3, \"cold\".csv";
+    write(folder.path().join(name), program::excerpt(1500)).unwrap();
+    report(folder.path(), &[name, "--effects", "none"]);
+    let text = read_to_string(folder.path().join("out/residual.csv")).unwrap();
+    let mut lines = text.lines();
+    let heads = lines.next().unwrap().split(',').count();
+    for line in lines {
+        let rest = line.strip_prefix("\"run 3, \"\"cold\"\"\",").expect(line);
+        assert_eq!(1 + rest.split(',').count(), heads, "{line}");
+    }
+}
+
+#[test]
+fn the_report_says_what_it_was_made_from_and_by_what() {
+    let folder = bench();
+    write(folder.path().join("half.csv"), program::excerpt(1500)).unwrap();
+    write(
+        folder.path().join("model.toml"),
+        "[structure]\nhold = \"held\"\n",
+    )
+    .unwrap();
+    let call = [
+        "bench.csv",
+        "--hold-out",
+        "half.csv",
+        "--effects",
+        "none",
+        "--model",
+        "model.toml",
+        "--force",
+    ];
+    let found = report(folder.path(), &call);
+    let digest = |name: &str| {
+        let bytes = std::fs::read(folder.path().join(name)).unwrap();
+        let digest: [u8; 32] = Sha256::digest(bytes).into();
+        digest.map(|byte| format!("{byte:02x}")).concat()
+    };
+    let record = |name: &str, rows: [usize; 3]| {
+        let [rows, fitted, held_out] = rows;
+        serde_json::json!({
+            "name": name,
+            "path": format!("{name}.csv"),
+            "sha256": digest(&format!("{name}.csv")),
+            "rows": rows,
+            "fitted": fitted,
+            "held_out": held_out,
+        })
+    };
+    let rows: usize = BENCH_ROWS.iter().sum();
+    let records = [
+        record("bench", [rows, rows, 0]),
+        record("half", [1500, 0, 1500]),
+    ];
+    assert_eq!(found["records"], serde_json::json!(records));
+    let model = serde_json::json!([{"path": "model.toml", "sha256": digest("model.toml")}]);
+    assert_eq!(found["files"], model);
+    let program = serde_json::json!({"name": "servobee", "version": env!("CARGO_PKG_VERSION")});
+    assert_eq!(found["program"], program);
+    // Where the result goes is no part of it.
+    let expected = [&["identify"], &call[..7]].concat();
+    assert_eq!(found["arguments"], serde_json::json!(expected));
+    let date = found["date"].as_str().unwrap();
+    assert!(
+        date.starts_with("20") && date.ends_with('Z') && date.len() == 20,
+        "{date}"
+    );
+    let hold = serde_json::json!({
+        "taken": "held", "stated": true, "error": null, "preferred": null, "moved": [],
+    });
+    assert_eq!(found["hold"], hold);
+    // The page says so, too.
+    let page = read_to_string(folder.path().join("out/report.html")).unwrap();
+    for part in [
+        &digest("bench.csv"),
+        &digest("half.csv"),
+        &digest("model.toml"),
+        "identify bench.csv --hold-out half.csv",
+        "6000 rows, 6000 fitted, 0 held out",
+        "taken as held between two rows, as the model says",
+        date,
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+}
+
+/// Whether the command was held between two rows or went straight is seen where nothing else is missing, and nobody has to say
+/// it; where nobody can know, the report says what hangs on it.
+#[test]
+fn the_command_between_two_rows_is_what_fits() {
+    let truth = [120.0, 0.006, 3.0];
+    let run = |hold: Hold, more: &[&str]| {
+        let folder = planted_with(&truth, None, 0.03, hold);
+        write(
+            folder.path().join("held.toml"),
+            "[structure]\nhold = \"held\"\n",
+        )
+        .unwrap();
+        report(folder.path(), &[&["record.csv"], more].concat())
+    };
+    for (hold, name) in [(Hold::Held, "held"), (Hold::Interpolated, "interpolated")] {
+        let found = run(hold, &[]);
+        let taken = &found["hold"];
+        println!("{taken}");
+        assert_eq!(found["verdict"], "none", "{name}");
+        assert_eq!(taken["taken"], name);
+        assert_eq!(taken["stated"], false);
+        assert_eq!(taken["preferred"], name);
+        let errors = ["held", "interpolated"].map(|name| taken["error"][name].as_f64().unwrap());
+        assert_eq!(errors[0] < errors[1], hold == Hold::Held, "{taken}");
+        assert!(
+            off(value(&found, "gain"), truth[0]) < 0.01,
+            "{name}: {found}"
+        );
+        let doubts = found["warnings"].to_string();
+        assert!(!doubts.contains("between two rows"), "{doubts}");
+    }
+    // What the model says is not tried.
+    let found = run(
+        Hold::Interpolated,
+        &["--model", "held.toml", "--effects", "none"],
+    );
+    assert_eq!(found["hold"]["taken"], "held");
+    assert!(off(value(&found, "gain"), truth[0]) > 0.01, "{found}");
 }
 
 /// Runs identify with `arguments` in a folder with `files`, among which are `good.csv` and `other.csv` (without flow):

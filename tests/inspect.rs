@@ -5,7 +5,7 @@ mod program;
 use program::{measured, printed, refused, servobee};
 use proptest::prelude::*;
 use serde_json::Value;
-use servobee::record::inspect::{Inspection, inspect};
+use servobee::record::inspect::{Inspection, Proposal, inspect};
 use servobee::record::{Mapping, Record};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -233,6 +233,154 @@ fn values_tell_where_names_do_not() {
         warnings.contains("spool leads the command by 7 rows"),
         "{warnings}"
     );
+}
+
+/// A signal and the same a little later, in `rows` rows.
+fn signals(rows: usize, late: usize) -> impl Iterator<Item = (f64, f64)> {
+    let signal = |row: usize| (0.02 * row as f64 * (1.0 + row as f64 / 900.0)).sin();
+    (0..rows).map(move |row| (signal(row + late), signal(row)))
+}
+
+/// Whole numbers that are far apart for s are ms, and nobody has to find that out from an hour that lasted seconds.
+#[test]
+fn whole_numbers_without_a_unit_are_not_taken_in_s_in_silence() {
+    let text = |head: &str, step: usize| {
+        let rows = signals(500, 3).enumerate();
+        let rows = rows.map(|(row, (u, x))| format!("{},{u},{x}\n", row * step));
+        format!("{head}\n{}", rows.collect::<String>())
+    };
+    // By its name it is time, in s by the contract: then it is told, by those who fit it, too.
+    for (head, says) in [
+        ("time,command [V],spool [V]", true),
+        ("time [s],command [V],spool [V]", true),
+        ("time [ms],command [V],spool [V]", false),
+    ] {
+        let (folder, path) = file("a.csv", &text(head, 1));
+        let found = inspect(&path, &[]).unwrap();
+        assert!(found.is_ready());
+        let told = "samples are 1 s apart, 499 s in all: is time really in s, not in ms? --map \"time=time [ms]\" says so";
+        let warned = found.warnings.iter().any(|warning| warning == told);
+        assert_eq!(warned, says, "{head}: {:?}", found.warnings);
+        let shown = printed(&servobee(folder.path(), &["inspect", "a.csv"]));
+        assert_eq!(shown.contains(told), says, "{shown}");
+        let record = Record::read(&path, &[]).unwrap();
+        assert_eq!(record.warnings.iter().any(|w| w == told), says);
+    }
+    // By a name of somebody else it is proposed in ms.
+    for (name, step) in [("t", 1), ("Zeit", 2), ("timestamp", 10)] {
+        let (_folder, path) = file(
+            "a.csv",
+            &text(&format!("{name},u_cmd [V],x_meas [V]"), step),
+        );
+        let found = inspect(&path, &[]).unwrap();
+        assert_eq!(found.proposals[0].map, format!("{name}=time [ms]"));
+        let reason = &found.proposals[0].reason;
+        let why = format!("[ms] is assumed: in s a row would come every {step} s");
+        assert!(reason.contains(&why), "{reason}");
+        let interval = found.timing.unwrap().interval;
+        assert!((interval - 1e-3 * step as f64).abs() < 1e-12, "{interval}");
+    }
+}
+
+#[test]
+fn a_unit_is_read_where_it_stands_and_none_is_made_up_for_another() {
+    let table = |flow: &str| {
+        let rows = signals(500, 3).enumerate();
+        let rows = rows.map(|(row, (u, x))| format!("{},{u},{}\n", 1e-3 * row as f64, 9.0 * x));
+        format!(
+            "Time (s),Valve Cmd (V),{flow}\n{}",
+            rows.collect::<String>()
+        )
+    };
+    for (flow, expected) in [
+        ("Flow (GPM)", "gpm"),
+        ("Flow Rate (GPM)", "gpm"),
+        ("Q (gal/min)", "gpm"),
+        ("flow [US gpm]", "gpm"),
+        ("Flow (l/min)", "L/min"),
+        ("Flow_GPM", "gpm"),
+        ("Flow (GPM at 1000 psi)", "gpm"),
+        ("Flow (GPM) mean", "gpm"),
+    ] {
+        let (_folder, path) = file("a.csv", &table(flow));
+        let found = inspect(&path, &[]).unwrap();
+        let column = &found.columns[2];
+        let is = column.taken_as.as_ref().or(column.proposed.as_ref());
+        let is = is.unwrap_or_else(|| panic!("{flow}: {:?}", found.warnings));
+        assert_eq!(*is, format!("flow [{expected}]"), "{flow}");
+        assert_eq!(found.problem_left, None, "{flow}");
+        let assumed = |p: &Proposal| p.reason.contains("assumed");
+        assert!(
+            !found.proposals.iter().any(assumed),
+            "{:?}",
+            found.proposals
+        );
+    }
+    // 20 % more than a US gallon, or something else: it is asked, not assumed.
+    for flow in ["Flow (imp gal/min)", "Flow (counts)", "flow [l/h]"] {
+        let (_folder, path) = file("a.csv", &table(flow));
+        let found = inspect(&path, &[]).unwrap();
+        assert_eq!(
+            found.columns[2].proposed, None,
+            "{flow}: {:?}",
+            found.proposals
+        );
+        assert!(found.problem_left.is_some());
+    }
+    // A unit that is known is not called unknown, and one of another quantity is no time.
+    let with_time = |head: &str| {
+        let rows = signals(500, 3).enumerate();
+        let rows = rows.map(|(row, (u, x))| format!("{},{u},{x}\n", 1e-3 * row as f64));
+        format!("{head},command [V],spool [V]\n{}", rows.collect::<String>())
+    };
+    let (_folder, path) = file("a.csv", &with_time("stamp [s]"));
+    let found = inspect(&path, &[]).unwrap();
+    assert_eq!(found.proposals[0].map, "stamp=time [s]");
+    assert_eq!(
+        found.proposals[0].reason,
+        "it is the only column that rises from row to row"
+    );
+    let (_folder, path) = file("a.csv", &with_time("ramp [mm]"));
+    let found = inspect(&path, &[]).unwrap();
+    assert!(found.proposals.is_empty(), "{:?}", found.proposals);
+}
+
+/// Two tests side by side in one file, of which one is shorter.
+#[test]
+fn columns_of_two_tests_are_not_proposed_as_one_record() {
+    let mut text = String::from("t1 [s],u1 [V],t2 [s],u2 [V],x2 [mm]\n");
+    let [first, second] = [300, 800].map(|rows| signals(rows, 4).collect::<Vec<_>>());
+    for (row, (u, x)) in second.iter().enumerate() {
+        let time = 1e-3 * row as f64;
+        text += &match first.get(row) {
+            Some((u1, _)) => format!("{time},{u1},{time},{u},{x}\n"),
+            None => format!(",,{time},{u},{x}\n"),
+        };
+    }
+    let (_folder, path) = file("two.csv", &text);
+    let found = inspect(&path, &[]).unwrap();
+    let columns: Vec<&str> = found.proposals.iter().map(|p| p.column.as_str()).collect();
+    assert_eq!(columns, ["t2 [s]", "u2 [V]", "x2 [mm]"]);
+    assert_eq!(found.problem_left, None);
+    let warnings = found.warnings.join("; ");
+    assert!(
+        warnings.contains("nothing is proposed for \"t1 [s]\", \"u1 [V]\""),
+        "{warnings}"
+    );
+
+    // The longer one has no response: the shorter one is the record, or what comes nearest to one.
+    let mut text = String::from("t1 [s],u1 [V],t2 [s],u2 [V],x2 [mm]\n");
+    for (row, (u1, _)) in second.iter().enumerate() {
+        let time = 1e-3 * row as f64;
+        text += &match first.get(row) {
+            Some((u, x)) => format!("{time},{u1},{time},{u},{x}\n"),
+            None => format!("{time},{u1},,,\n"),
+        };
+    }
+    let (_folder, path) = file("two.csv", &text);
+    let found = inspect(&path, &[]).unwrap();
+    let columns: Vec<&str> = found.proposals.iter().map(|p| p.column.as_str()).collect();
+    assert_eq!(columns, ["t2 [s]", "u2 [V]", "x2 [mm]"]);
 }
 
 #[test]

@@ -120,7 +120,9 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
             fit: vec![series],
             hold_out: vec![held],
             rows: 400,
+            records: Vec::new(),
         },
+        hold_known: true,
     };
     identify(
         question,

@@ -104,6 +104,30 @@ fn quiet_says_nothing_and_a_written_model_comes_back() {
 }
 
 #[test]
+fn json_is_printed_whatever_else_is_kept_quiet() {
+    let folder = tempfile::tempdir().unwrap();
+    for quiet in ["-q", "--quiet"] {
+        let call = [
+            "identify",
+            &bench(),
+            "--effects",
+            "none",
+            "--evaluator",
+            "cpu",
+            "--json",
+            quiet,
+        ];
+        let text = printed(&servobee(folder.path(), &call));
+        let report: Value = serde_json::from_str(&text).expect("one document");
+        assert_eq!(report["seed"], 1);
+        assert!(
+            report["arguments"].as_array().unwrap().len() == 6,
+            "{report}"
+        );
+    }
+}
+
+#[test]
 fn lists_are_there_for_programs_too() {
     let folder = tempfile::tempdir().unwrap();
     let parsed = |call: &[&str]| -> Value {

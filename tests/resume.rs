@@ -9,12 +9,21 @@ mod program;
 use program::{IDENTIFY, bench, json, names, refused, servobee, soak};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use servobee::diagnose::{Cut, Identified, Options, Question, identify};
+use servobee::evaluate::{Checkpoint, CpuEvaluator, Interrupt, Memory, Precision, Remembering};
+use servobee::model::effects::CATALOGUE;
+use servobee::record::Record;
+use servobee::search::Plan;
 use std::collections::BTreeMap;
 use std::fs::{read, read_dir, write};
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
 const DATASHEET: &[&str] = &[
     "datasheet",
@@ -65,8 +74,8 @@ fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         let entry = entry.unwrap();
         let text = String::from_utf8(read(entry.path()).unwrap()).unwrap();
         let name = entry.file_name().into_string().unwrap();
-        let timed =
-            |line: &&str| !line.contains("\"seconds\": ") && !line.contains("<dt>Time</dt>");
+        let times = ["\"seconds\": ", "\"date\": ", "<dt>Time</dt>"];
+        let timed = |line: &&str| !times.iter().any(|time| line.contains(time));
         let kept: Vec<&str> = text.lines().filter(timed).collect();
         files.insert(name, kept.join("\n").into_bytes());
     }
@@ -163,7 +172,7 @@ fn a_scorecard_that_is_killed_goes_on_where_it_was() {
         "--only",
         "gain_curvature",
         "--count",
-        "0.34",
+        "0.25",
         "--threads",
         "1",
         "--out",
@@ -186,7 +195,13 @@ fn a_scorecard_that_is_killed_goes_on_where_it_was() {
     };
     let whole = bench();
     let begun = Instant::now();
-    assert!(servobee(whole.path(), &call).status.success());
+    let ran = servobee(whole.path(), &call);
+    assert!(ran.status.success(), "{ran:?}");
+    let printed = String::from_utf8(ran.stdout).unwrap();
+    assert!(
+        printed.starts_with("3 records to diagnose: 3 single\n"),
+        "{printed}"
+    );
     let took = begun.elapsed();
     let expected = rows(whole.path());
     assert_eq!(expected.len(), 3, "{expected:?}");
@@ -229,12 +244,31 @@ fn an_interrupt_ends_with_what_is_known_and_the_run_can_be_gone_on_with() {
         // What was known is told, and marked as such.
         let printed = String::from_utf8(ran.stdout).unwrap();
         assert!(
+            printed.contains("Cut short in \"") && printed.contains("Missing: "),
+            "{printed}"
+        );
+        assert!(!printed.contains("Verdict: "), "{printed}");
+        assert!(
             printed.contains("time_constant") && printed.contains("Written to"),
             "{printed}"
         );
         let report = json(folder.path().join("out/report.json"));
         let warnings = report["warnings"].to_string();
         assert!(warnings.contains("interrupted in"), "{warnings}");
+        // An interval that was not computed is none.
+        for parameter in report["parameters"].as_array().unwrap() {
+            let [low, value, high] = ["low", "value", "high"].map(|key| parameter[key].as_f64());
+            let known = low.is_some() && high.is_some();
+            assert!(
+                value.is_some() && (!known || low <= value && value <= high),
+                "{parameter}"
+            );
+        }
+        let cut = &report["cut_short"];
+        assert!(
+            cut["stage"].is_string() && !cut["missing"].as_array().unwrap().is_empty(),
+            "{cut}"
+        );
         assert_eq!(names(folder.path()), ["bench.csv", "out", "out.checkpoint"]);
 
         // A new run does not overwrite what can be gone on with; the old one goes on.
@@ -249,25 +283,115 @@ fn an_interrupt_ends_with_what_is_known_and_the_run_can_be_gone_on_with() {
     }
 }
 
-#[test]
-fn a_second_interrupt_quits_at_once() {
+/// A folder with a record whose identification takes long.
+fn long() -> TempDir {
     let folder = bench();
-    // Long enough that what follows the first interrupt, a polish and the card, is not over before the second.
     let make = [
         "synthesize",
         "--seconds",
         "60",
+        "--effect",
+        "delay=0.003,hysteresis=0.3",
         "--out",
         "bench.csv",
         "--force",
     ];
     assert!(servobee(folder.path(), &make).status.success());
+    folder
+}
+
+/// `timeout` sends its signal to the program, and at once again to its whole group.
+#[test]
+fn a_timeout_is_one_signal_and_loses_nothing() {
+    let folder = long();
+    for attempt in 0..3 {
+        let out = format!("out{attempt}");
+        let ran = Command::new("env")
+            .current_dir(folder.path())
+            .args(["--default-signal=INT,TERM,HUP", "timeout", "3"])
+            .args([env!("CARGO_BIN_EXE_servobee"), "identify", "bench.csv"])
+            .args(["--evaluator", "cpu", "--out", &out])
+            .output()
+            .unwrap();
+        // That it was timeout which has ended it.
+        assert_eq!(ran.status.code(), Some(124), "{ran:?}");
+        let report = json(folder.path().join(&out).join("report.json"));
+        assert!(report["cut_short"]["stage"].is_string(), "{report}");
+    }
+}
+
+/// The diagnosis of the bench's record, which is asked to stop when it asks for the `limit`-th time, and how long it has gone on
+/// after that.
+fn stopped_at(limit: usize, memory: Memory) -> (Identified, usize, Duration) {
+    let asks = Arc::new(AtomicUsize::new(0));
+    let stopped = Arc::new(OnceLock::new());
+    let interrupt = {
+        let (asks, stopped) = (asks.clone(), stopped.clone());
+        Interrupt::new(move || {
+            let asked = asks.fetch_add(1, Ordering::Relaxed) >= limit;
+            asked.then(|| stopped.get_or_init(Instant::now)).is_some()
+        })
+    };
+    let record = Record::read(program::BENCH, &[]).unwrap();
+    let question = Question::of(&[record], &[], Cut::default()).unwrap();
+    let plan = Plan {
+        memory: memory.stopped_by(interrupt),
+        ..Plan::of_records(1)
+    };
+    let some = ["delay", "friction", "hysteresis", "sensor_lag"];
+    let entries = CATALOGUE.iter().copied();
+    let entries: Vec<_> = entries.filter(|entry| some.contains(&entry.name)).collect();
+    let options = Options::on(&question.structure, &entries, 4);
+    let mut evaluator = CpuEvaluator::new(Precision::F32);
+    let mut remembering = Remembering::new(&mut evaluator, plan.memory.clone());
+    let go_on = &mut |_: &str| ControlFlow::Continue(());
+    let identified = identify(question, &mut remembering, &plan, &options, go_on).unwrap();
+    let after = stopped.get().map_or(Duration::ZERO, Instant::elapsed);
+    (identified, asks.load(Ordering::Relaxed), after)
+}
+
+#[test]
+fn wherever_a_diagnosis_is_stopped_it_ends_at_once_and_goes_on_to_the_same_result() {
+    let begun = Instant::now();
+    let (expected, asks, _) = stopped_at(usize::MAX, Memory::default());
+    println!("{asks} asks in {:?}", begun.elapsed());
+    assert!(expected.broken_off.is_none() && expected.added.len() == 1);
+    for share in 0..12 {
+        let limit = asks * share / 12;
+        let (found, _, after) = stopped_at(limit, Memory::default());
+        let stage = found.broken_off.expect("it was stopped");
+        assert!(!stage.is_empty());
+        println!("stopped at ask {limit}, in {stage:?}, ended {after:?} later");
+        assert!(after < Duration::from_secs(3), "{stage}: {after:?}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("kept");
+    let memory = || Memory::from(Checkpoint::resume(&path, 1).unwrap());
+    let limits = (0..).map(|run| (asks as f64 / 20.0 * 1.3_f64.powi(run)) as usize);
+    let runs = limits.map(|limit| stopped_at(limit, memory()).0);
+    let stopped = |found: &Identified| found.broken_off.is_some();
+    let mut count = 0;
+    let found = runs.inspect(|_| count += 1).find(|found| !stopped(found));
+    let found = found.expect("a run that ends");
+    println!("{count} runs");
+    assert!(count > 3);
+    assert_eq!(found.after.values, expected.after.values);
+    assert_eq!(found.considered, expected.considered);
+    assert_eq!(found.added, expected.added);
+}
+
+#[test]
+fn a_second_interrupt_quits_at_once() {
+    let folder = long();
     let mut child = start(folder.path(), IDENTIFY, &[]);
     wait_for(&folder.path().join("out.checkpoint"), 1000);
     signal(&child, "-INT");
-    // The first one is heard before the second.
-    sleep(Duration::from_millis(50));
+    // The first one is heard, and what follows it is not over before the second.
+    sleep(Duration::from_millis(20));
+    signal(&child, "-STOP");
+    sleep(Duration::from_millis(1100));
     signal(&child, "-INT");
+    signal(&child, "-CONT");
     let status = child.wait().unwrap();
     assert_eq!(status.code(), Some(130), "{status}");
     assert!(folder.path().join("out.checkpoint").exists());
@@ -310,7 +434,7 @@ fn a_checkpoint_is_taken_only_for_its_own_run() {
     for foreign in [
         &b"hello\n"[..],
         b"",
-        b"servobee/checkpoint/1 0.1.0 zz\n",
+        b"servobee/checkpoint/2 0.1.0 zz\n",
         &[0; 4096],
     ] {
         write(path.join("other"), foreign).unwrap();

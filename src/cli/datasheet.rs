@@ -1,6 +1,6 @@
 //! `servobee datasheet`.
 
-use super::options::{Options, progress};
+use super::options::{self, Options, progress};
 use super::table::{number, table};
 use super::work::interrupted;
 use super::{card, colour};
@@ -14,8 +14,8 @@ use servobee::evaluate::{Chosen, Evaluator, Fingerprint, Memory, Problem};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
 use servobee::report::ModelFile;
 use servobee::report::{
-    Document, ErrorPair, Improvements, ParameterReport, RemainingReport, SCHEMA, datasheet_page,
-    not_identifiable,
+    CutShort, Document, ErrorPair, Improvements, InputFile, ParameterReport, Program,
+    RemainingReport, SCHEMA, datasheet_page, not_identifiable, now,
 };
 use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
 use servobee::search::{Fit, Neighbourhood, Plan, Settings, Start, fit_all};
@@ -137,7 +137,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             .expect("every sheet is fitted");
         // The history begins with the start, which is no generation.
         let generations = best.search.history.len() - 1;
-        if generations < Settings::large().itr {
+        if generations < Settings::large().itr || best.polished.is_none() {
             let stage = format!("{}, generation {generations}", sheet.title);
             warnings.push(interrupted(&stage));
             broken_off = Some(stage);
@@ -159,6 +159,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             seconds,
         );
         document.warnings.extend(warnings);
+        document.files = curves(arguments);
+        document.cut_short = broken_off.clone().map(|stage| CutShort {
+            stage,
+            missing: vec![format!("the end of the fit of {}", sheet.title)],
+        });
         report = Some(match report {
             Some(earlier) => earlier.and(document),
             None => document,
@@ -168,12 +173,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let report = report.expect("at least one sheet");
     if arguments.options.talks() {
         tell!();
+        if let Some(cut) = &report.cut_short {
+            colour::answer(cut.sentence());
+        }
         card::print(&report.card);
     }
     arguments
         .options
         .hand_over(&report, output, || files(&fitted, &report))?;
     work.end(broken_off.as_deref())
+}
+
+/// The files of the curves.
+fn curves(arguments: &Arguments) -> Vec<InputFile> {
+    let files = [&arguments.flow, &arguments.response, &arguments.step];
+    let given = files.into_iter().flatten();
+    given.map(|path| InputFile::at(path)).collect()
 }
 
 /// The files of the fitted sheets: a report of all, and a model and its points for each.
@@ -327,10 +342,7 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
             row.push(published_value.map_or(String::new(), number));
         }
         row.push(number(parameter.value));
-        row.push(match parameter.fixed {
-            true => "fixed".into(),
-            false => format!("{} .. {}", number(parameter.low), number(parameter.high)),
-        });
+        row.push(parameter.interval(".."));
         row.push(if parameter.at_bound {
             "at its bound".into()
         } else {
@@ -441,6 +453,7 @@ fn document(
         schema: SCHEMA,
         verdict: Verdict::NotDiagnosed,
         asked: Vec::new(),
+        cut_short: None,
         effects: Vec::new(),
         considered: Vec::new(),
         free_form: None,
@@ -461,7 +474,13 @@ fn document(
         evaluator_reason: chosen.why.clone(),
         seed,
         evaluations,
+        hold: None,
+        records: Vec::new(),
+        files: Vec::new(),
+        program: Program::default(),
+        arguments: options::arguments(),
         seconds,
+        date: now(),
         warnings: sheet.notes.clone(),
     }
 }

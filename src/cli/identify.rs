@@ -1,6 +1,6 @@
 //! `servobee identify`.
 
-use super::options::{Options, spinner};
+use super::options::{self, Options, spinner};
 use super::table::{number, table};
 use super::work::interrupted;
 use super::{card, colour, interrupt};
@@ -11,8 +11,8 @@ use servobee::evaluate::{Fingerprint, parameters_for, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Mapping, Record, check_mappings};
 use servobee::report::{
-    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ModelFile,
-    ParameterReport, not_diagnosed, page, unexplained,
+    Call, ConsideredEffect, Document, FreeFormReport, ImprovementReport, InputFile, Knot,
+    ModelFile, ParameterReport, not_diagnosed, page, unexplained,
 };
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -87,6 +87,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .as_deref()
         .map(ModelFile::read)
         .transpose()?;
+    let call = Call {
+        arguments: options::arguments(),
+        files: arguments
+            .model
+            .iter()
+            .map(|path| InputFile::at(path))
+            .collect(),
+    };
     let mut structure = match &file {
         Some(file) => file.structure(|| structure_for(&records))?,
         None => structure_for(&records)?,
@@ -101,7 +109,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         hold_out: arguments.hold_out_share,
         rows: arguments.max_rows,
     };
-    let question = Question::new(structure, parameters, &records, &held_out, cut)?;
+    let question = Question {
+        hold_known: file.as_ref().is_some_and(ModelFile::says_hold),
+        ..Question::new(structure, parameters, &records, &held_out, cut)?
+    };
     drop((records, held_out));
     let measurements = &question.measurements;
     let used = measurements.used();
@@ -118,8 +129,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let options = diagnose::Options::on(&question.structure, &entries, arguments.max_effects);
     let mut fingerprint = Fingerprint::default();
     fingerprint.text(&format!(
-        "identify {:?} {:?} {plan:?} {options:?}",
-        question.structure, question.parameters
+        "identify {:?} {:?} {} {plan:?} {options:?}",
+        question.structure, question.parameters, question.hold_known
     ));
     for series in measurements.fit.iter().chain(&measurements.hold_out) {
         tell_of(&mut fingerprint, series);
@@ -152,6 +163,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         &chosen,
         arguments.options.seed,
         seconds,
+        call,
         warnings,
     );
     if arguments.options.talks() {
@@ -229,13 +241,16 @@ fn print(identified: &Identified, document: &Document) {
         rows.filter(|s| s.weight > 0.0).count()
     };
     tell!(
-        "Fitted {} rows of {} record(s), held out {} rows; full scale {} {}.\n",
+        "Fitted {} rows of {} record(s), held out {} rows; full scale {} {}.",
         count(&identified.measurements.fit),
         identified.measurements.fit.len(),
         count(&identified.measurements.hold_out),
         number(structure.full_scale),
         structure.command_unit,
     );
+    if let Some(hold) = &document.hold {
+        tell!("{}\n", hold.sentence());
+    }
     print_effects(identified, document);
     print_errors(identified);
     print_parameters(document);
@@ -246,7 +261,12 @@ fn print(identified: &Identified, document: &Document) {
 /// The answer, and the chain of effects that it stands on.
 fn print_effects(identified: &Identified, document: &Document) {
     let added = &identified.added;
+    if let Some(cut) = &document.cut_short {
+        colour::answer("No verdict: the run was cut short.");
+        tell!("{}", cut.sentence());
+    }
     match identified.verdict {
+        _ if document.cut_short.is_some() => {}
         Verdict::None => {
             colour::answer("Verdict: none. The base model lacks nothing that this data shows.");
         }
@@ -371,7 +391,6 @@ fn print_errors(identified: &Identified) {
 
 fn print_parameters(document: &Document) {
     let row = |parameter: &ParameterReport| {
-        let interval = format!("{} .. {}", number(parameter.low), number(parameter.high));
         let mut notes = Vec::new();
         if parameter.at_bound {
             notes.push("at its bound");
@@ -384,11 +403,7 @@ fn print_parameters(document: &Document) {
             parameter.unit.clone(),
             parameter.before.map_or("-".into(), number),
             number(parameter.value),
-            if parameter.fixed {
-                "fixed".into()
-            } else {
-                interval
-            },
+            parameter.interval(".."),
             notes.join(", "),
         ]
     };
@@ -482,11 +497,12 @@ fn residual_csv(identified: &Identified) -> String {
         let new = Compared::all(structure, &after.values, records);
         for (old, new) in old.iter().zip(&new) {
             let series = new.series;
+            let name = cell(&series.name);
             for (row, sample) in series.samples.iter().enumerate() {
                 if sample.weight == 0.0 {
                     continue;
                 }
-                text += &format!("{},{part},{}", series.name, series.time[row]);
+                text += &format!("{name},{part},{}", series.time[row]);
                 for &output in &structure.observed {
                     let i = output as usize;
                     let (measured, old, new) = (
@@ -501,4 +517,12 @@ fn residual_csv(identified: &Identified) -> String {
         }
     }
     text
+}
+
+/// `text` as a cell of a CSV file, in quotes where it needs them.
+fn cell(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.into(),
+    }
 }

@@ -33,11 +33,47 @@ pub(super) struct Options {
     #[arg(long)]
     pub(super) resume: bool,
     /// Print the report as JSON, and nothing else on standard output
-    #[arg(long, conflicts_with = "quiet")]
+    #[arg(long)]
     pub(super) json: bool,
-    /// Print nothing but warnings and errors
+    /// Print nothing but warnings and errors, and what --json asks for
     #[arg(long, short)]
     pub(super) quiet: bool,
+}
+
+/// Options that say where the result goes and how it is told, and whether a value follows.
+const ASIDE: [(&str, bool); 7] = [
+    ("--out", true),
+    ("--checkpoint", true),
+    ("--force", false),
+    ("--resume", false),
+    ("--json", false),
+    ("--quiet", false),
+    ("-q", false),
+];
+
+/// The arguments of the program as they were given, but for those that the result does not depend on.
+pub(super) fn arguments() -> Vec<String> {
+    let given = std::env::args_os().skip(1);
+    that_matter(given.map(|argument| argument.to_string_lossy().into_owned()))
+}
+
+fn that_matter(given: impl IntoIterator<Item = String>) -> Vec<String> {
+    let mut given = given.into_iter();
+    let mut kept = Vec::new();
+    while let Some(argument) = given.next() {
+        let aside = |&&(name, valued): &&(&str, bool)| {
+            let rest = argument.strip_prefix(name);
+            rest.is_some_and(|rest| rest.is_empty() || valued && rest.starts_with('='))
+        };
+        match ASIDE.iter().find(aside) {
+            None => kept.push(argument),
+            Some((name, true)) if argument == *name => {
+                given.next();
+            }
+            Some(_) => {}
+        }
+    }
+    kept
 }
 
 impl Options {
@@ -125,4 +161,21 @@ pub(super) fn spinner() -> ProgressBar {
     let bar = ProgressBar::new_spinner().with_style(style);
     bar.enable_steady_tick(std::time::Duration::from_millis(100));
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_the_result_goes_is_no_part_of_what_was_asked() {
+        let kept = |call: &str| that_matter(call.split(' ').map(String::from)).join(" ");
+        assert_eq!(
+            kept(
+                "identify a.csv --out x --seed 3 --checkpoint=y --map --out=z -q --json --resume --force"
+            ),
+            "identify a.csv --seed 3 --map"
+        );
+        assert_eq!(kept("identify --quiet out.csv"), "identify out.csv");
+    }
 }

@@ -36,7 +36,7 @@ pub(super) struct Arguments {
         hide_default_value = true
     )]
     groups: Vec<Group>,
-    /// Factor on the number of records; 0.2 is a quick look
+    /// Factor on the number of records of each group, of which one at least is run; 0.2 is a quick look
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     count: f64,
     /// Only cases that plant this effect or outsider
@@ -86,6 +86,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             cases.len()
         );
     }
+    if !open.is_empty() {
+        tell!("{} records to diagnose: {}", open.len(), counted(&open));
+    }
     let threads = match arguments.threads {
         Some(threads) => threads.into(),
         None => std::thread::available_parallelism().map_or(1, usize::from),
@@ -112,6 +115,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let rows: Vec<Row> = ledger.rows().iter().filter(planned).cloned().collect();
     print(&Summary::of(&rows), rows.len());
     result
+}
+
+/// How many of the cases are in which group.
+fn counted(cases: &[Case]) -> String {
+    let count = |group: &Group| cases.iter().filter(|case| case.group == *group).count();
+    let groups = Group::ALL.iter().map(|group| (count(group), group));
+    let counted = groups.filter(|(count, _)| *count > 0);
+    let counted: Vec<String> = counted
+        .map(|(count, group)| format!("{count} {group}"))
+        .collect();
+    counted.join(", ")
 }
 
 fn bar(records: usize) -> ProgressBar {

@@ -42,8 +42,9 @@ impl Options {
             );
         }
         interrupt::watch()?;
+        let memory = checkpoint.map(Memory::from).unwrap_or_default();
         Ok(Work {
-            memory: checkpoint.map(Memory::from).unwrap_or_default(),
+            memory: memory.stopped_by(interrupt::interrupt()),
         })
     }
 

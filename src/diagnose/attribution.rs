@@ -287,6 +287,10 @@ impl<'a, 'b> Search<'a, 'b> {
             .into_par_iter()
             .filter_map(|(effect, start)| Some((effect, self.evidence.polished(start)?)))
             .collect();
+        // Of rivals that were not all refitted none is the best.
+        if !self.stage.goes_on() {
+            return Ok(Vec::new());
+        }
         let mut models: Vec<(Effect, Model)> = Vec::new();
         for (effect, one) in polished {
             self.evaluations += one.evaluations;
@@ -370,6 +374,9 @@ impl<'a, 'b> Search<'a, 'b> {
             })
             .collect();
         self.evaluations += models.iter().map(|one| one.evaluations).sum::<usize>();
+        if !self.stage.goes_on() {
+            return Ok(None);
+        }
         let accepted: Vec<&Model> = models.iter().filter(|one| self.worth(model, one)).collect();
         Ok(self.best(&accepted).cloned())
     }
@@ -428,6 +435,13 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
+    /// `model` with `effect` as it was refitted when that was chosen.
+    fn refitted(&self, model: &Model, effect: Effect) -> Option<Model> {
+        let refits = self.refits.get(&names(model))?.iter();
+        let mut own = refits.filter(|(other, _)| *other == effect);
+        own.next().map(|(_, model)| model.clone())
+    }
+
     /// The chain of effects with the error at each step, and what each is tied with.
     fn steps(&mut self, base: &Model, model: &Model, order: &[Effect]) -> Result<Vec<Added>> {
         let mut added = Vec::new();
@@ -441,6 +455,7 @@ impl<'a, 'b> Search<'a, 'b> {
                     let problem = self.evidence.problem(&structure, &model.problem.parameters);
                     self.evidence
                         .polished(problem)
+                        .or_else(|| self.refitted(&current, effect))
                         .unwrap_or_else(|| current.clone())
                 }
             };

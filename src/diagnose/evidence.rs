@@ -1,6 +1,7 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
 use super::line::strongest_line;
+use super::linear::Linear;
 use super::signals::Signals;
 use super::unexcited::set_by_held_out;
 use crate::Result;
@@ -16,7 +17,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
-const QUICK: PolishOptions = PolishOptions {
+pub(super) const QUICK: PolishOptions = PolishOptions {
     max_iterations: 40,
     gradient_tolerance: 1e-6,
     step_tolerance: 1e-7,
@@ -228,8 +229,17 @@ impl Evidence {
         Ok((swarms.par_iter().map(found).collect(), evaluations))
     }
 
-    /// Polishes from the problem's start; `None` where that diverges.
+    /// Residuals and derivatives at the problem's start; `None` where it diverges, or the run was stopped.
+    pub(super) fn linear(&self, problem: &Problem) -> Option<Linear> {
+        match self.memory.interrupt().asked() {
+            true => None,
+            false => Linear::new(problem),
+        }
+    }
+
+    /// Polishes from the problem's start; `None` where that diverges, or the run was stopped before its end.
     pub(super) fn polished(&self, mut problem: Problem) -> Option<Model> {
+        let interrupt = self.memory.interrupt();
         let free = problem.free();
         let start = problem.start();
         let mut evaluations = 0;
@@ -239,12 +249,17 @@ impl Evidence {
                 fingerprint.text("quick polish").problem(&problem).finish()
             };
             let polished: Option<(Vec<f64>, Vec<Flat>, usize)> = self.memory.once(key, || {
-                let polished = polish_on_data(&problem, &free, &start, &QUICK).ok()?;
+                let polished = polish_on_data(&problem, interrupt, &free, &start, &QUICK).ok()?;
                 Some((polished.values, polished.flat, polished.evaluations))
             });
+            if interrupt.asked() {
+                return None;
+            }
             let (values, flats, count) = polished?;
             evaluations = count;
-            let (values, _) = set_by_held_out(&problem, &values, &flats, &self.hold_out, &QUICK);
+            let held_out = &self.hold_out;
+            let (values, _) =
+                set_by_held_out(&problem, interrupt, &values, &flats, held_out, &QUICK);
             set_start(&mut problem, &values);
         }
         let fit = self.residuals(&problem, Side::Fit)?;

@@ -2,7 +2,7 @@
 
 use super::evidence::{Evidence, Model, Side};
 use super::identify::Fitted;
-use super::linear::{Basis, Linear, dot};
+use super::linear::{Basis, dot};
 use super::signals::Signals;
 use crate::evaluate::{Fingerprint, Problem};
 use crate::model::effects::Port;
@@ -44,7 +44,7 @@ pub(super) fn free_forms(evidence: &Evidence, base: &Model) -> Vec<Model> {
             fingerprint.text("free form").problem(problem).finish()
         };
         let cost: Option<f64> = evidence.memory.once(key, || {
-            let linear = Linear::new(problem)?;
+            let linear = evidence.linear(problem)?;
             let spanned = Basis::spanning(linear.columns);
             Some(dot(&linear.residual, &linear.residual) - spanned.explained(&linear.residual))
         });

@@ -3,6 +3,7 @@
 use super::attribution::{Search, excess, worth};
 use super::evidence::{Evidence, Model, Side, set_start};
 use super::free_form::{FoundForm, found as found_form, free_forms};
+use super::hold::{Between, OtherHold, other_way};
 use super::measurements::Measurements;
 use super::score::{Compared, errors};
 use super::stage::Stage;
@@ -11,7 +12,7 @@ use super::verdict::Grounds;
 use super::{Added, Considered, Improvement, Noise, Question, Remaining, Residuals, Verdict};
 use super::{improvement, noise_floor, remaining};
 use crate::evaluate::problem::{Data, Series};
-use crate::evaluate::{Evaluator, Problem, Score, reference};
+use crate::evaluate::{Evaluator, Interrupt, Problem, Score, reference};
 use crate::model::effects::{CATALOGUE, Effect, Entry, Scale};
 use crate::model::{Output, Structure};
 use crate::search::polish::PolishOptions;
@@ -122,6 +123,8 @@ pub struct Identified {
     pub measurements: Measurements,
     /// Each observed channel's noise.
     pub noise: BTreeMap<String, Noise>,
+    /// What was taken for the command between two rows.
+    pub between: Between,
     /// The search for the base model, with each channel in units of its own deviation: the noise was not known yet.
     pub search: Fit,
     /// Candidates evaluated.
@@ -143,8 +146,12 @@ impl Identified {
         all.all(|effect| structure.effects.contains(&effect) || self.asked.contains(&effect))
     }
 
-    /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator.
+    /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator. What is known
+    /// of a run that was broken off is told with that warning.
     fn check_integration(&self) -> Result<()> {
+        if self.broken_off.is_some() {
+            return Ok(());
+        }
         for &output in &self.after.problem.structure.observed {
             let name = output.name();
             let range = variance(&self.measurements.fit, output).sqrt();
@@ -182,8 +189,9 @@ pub fn identify(
         parameters,
         sizes,
         measurements,
+        hold_known,
     } = question;
-    let mut stage = Stage::new(progress);
+    let mut stage = Stage::new(progress, plan.memory.interrupt());
     let mut problem = Problem::new(
         structure,
         parameters,
@@ -195,8 +203,18 @@ pub fn identify(
         stage.generation(done)
     })?;
     let mut evaluations = found.evaluations;
-    let first = Fitted::new(problem.clone(), found, &measurements, None, plan.seed);
-    let noise = first.noise(&measurements, false);
+    let mut first = Fitted::new(problem.clone(), found, &measurements, None, plan);
+    let mut noise = first.noise(&measurements, false);
+    let search = first.fit.clone();
+    if !hold_known
+        && stage.goes_on()
+        && let Some(other) = first.completed_by_other_hold(&measurements, plan)?
+    {
+        evaluations += other.fit.evaluations;
+        problem.structure.hold = other.problem.structure.hold;
+        noise = other.noise(&measurements, false);
+        first = other;
+    }
     let start = first.fit.values();
     let mut diagnosis = Diagnosis {
         evaluator,
@@ -205,7 +223,8 @@ pub fn identify(
         stage,
         measurements: &measurements,
         sizes,
-        search: &first.fit,
+        hold_known,
+        search: &search,
     };
     let mut result = diagnosis.of(problem.clone(), start, noise)?;
     evaluations += result.evaluations;
@@ -234,6 +253,7 @@ struct Diagnosis<'a> {
     stage: Stage<'a>,
     measurements: &'a Measurements,
     sizes: Scale,
+    hold_known: bool,
     search: &'a Fit,
 }
 
@@ -252,6 +272,7 @@ impl Diagnosis<'_> {
             stage,
             measurements,
             sizes,
+            hold_known,
             search,
         } = self;
         let mut evaluations = 0;
@@ -266,7 +287,7 @@ impl Diagnosis<'_> {
         stage.begins("base model: polishing");
         let polished = refine(&problem, start, plan)?;
         evaluations += polished.evaluations;
-        let before = Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
+        let before = Fitted::new(problem, polished, measurements, Some(&noise), plan);
 
         let mut evidence = Evidence::new(&before, measurements, sizes.clone(), plan);
         let base = evidence.start_from(&before);
@@ -313,8 +334,7 @@ impl Diagnosis<'_> {
                 };
                 let polished = refine(&problem, &problem.start(), plan)?;
                 evaluations += polished.evaluations;
-                let candidate =
-                    Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
+                let candidate = Fitted::new(problem, polished, measurements, Some(&noise), plan);
                 grounds.added = true;
                 grounds.structured_after = candidate.structured();
                 if grounds.verdict() == Verdict::Found {
@@ -347,10 +367,19 @@ impl Diagnosis<'_> {
                 };
                 let polished = refine(&problem, &problem.start(), plan)?;
                 evaluations += polished.evaluations;
-                after = Fitted::new(problem, polished, measurements, Some(&noise), plan.seed);
+                after = Fitted::new(problem, polished, measurements, Some(&noise), plan);
                 free_form = found_form(base, best, &after);
             }
         }
+        let other = match *hold_known || !stage.goes_on() {
+            true => None,
+            false => other_way(&after, plan),
+        };
+        let between = Between {
+            taken: after.problem.structure.hold,
+            known: *hold_known,
+            other: other.map(|other| OtherHold::beside(&after, &other, measurements)),
+        };
         Ok(Identified {
             verdict: grounds.verdict(),
             asked,
@@ -363,6 +392,7 @@ impl Diagnosis<'_> {
             considered,
             measurements: measurements.clone(),
             noise,
+            between,
             search: search.clone(),
             evaluations,
             broken_off: stage.broken_off().map(str::to_owned),
@@ -376,9 +406,9 @@ impl Fitted {
         mut fit: Fit,
         measurements: &Measurements,
         noise: Option<&BTreeMap<String, Noise>>,
-        seed: u64,
+        plan: &Plan,
     ) -> Self {
-        let unexcited = set_what_is_open(&problem, &mut fit, measurements);
+        let unexcited = set_what_is_open(&problem, plan.memory.interrupt(), &mut fit, measurements);
         let values = problem.complete(fit.values(), |fixed| fixed);
         let structure = &problem.structure;
         let fitted = Compared::all(structure, &values, &measurements.fit);
@@ -398,9 +428,31 @@ impl Fitted {
         };
         result.integration_error = result.largest_changes();
         if let Some(noise) = noise {
-            result.look_at_residual(&fitted, noise, seed);
+            result.look_at_residual(&fitted, noise, plan.seed);
         }
         result
+    }
+
+    /// The base model with the other of held and interpolated, where the rows prefer that and it leaves nothing but noise. Where
+    /// it leaves more, what is missing may prefer either: that says nothing of the command.
+    fn completed_by_other_hold(
+        &self,
+        measurements: &Measurements,
+        plan: &Plan,
+    ) -> Result<Option<Self>> {
+        let Some(other) = other_way(self, plan) else {
+            return Ok(None);
+        };
+        let beside = OtherHold::beside(self, &other, measurements);
+        if beside.preferred != Some(other.structure.hold) {
+            return Ok(None);
+        }
+        let refined = refine(&other, &other.start(), plan)?;
+        let mut other = Self::new(other, refined, measurements, None, plan);
+        let noise = other.noise(measurements, false);
+        let fitted = Compared::all(&other.problem.structure, &other.values, &measurements.fit);
+        other.look_at_residual(&fitted, &noise, plan.seed);
+        Ok((!other.structured()).then_some(other))
     }
 
     /// Tests what is left in the residual of the fitted rows.
@@ -520,6 +572,7 @@ impl Fitted {
 /// Lets the held-out rows set what the fitted ones leave open, and says what that was.
 fn set_what_is_open(
     problem: &Problem,
+    interrupt: &Interrupt,
     fit: &mut Fit,
     measurements: &Measurements,
 ) -> Vec<Unexcited> {
@@ -534,6 +587,7 @@ fn set_what_is_open(
     let options = PolishOptions::default();
     let (values, asked) = set_by_held_out(
         problem,
+        interrupt,
         &polished.values,
         &polished.flat,
         &held_out,

@@ -4,6 +4,7 @@ use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::model::Structure;
 use crate::record::{HOLD_OUT, Record};
+use serde::Serialize;
 use std::ops::Range;
 
 /// Most rows that are diagnosed unless more are asked for: a diagnosis of these takes minutes, and more rows say little more of
@@ -35,6 +36,23 @@ impl Default for Cut {
     }
 }
 
+/// A record, and how many of its rows were used for what.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Used {
+    /// Its name.
+    pub name: String,
+    /// Its file, as it was given.
+    pub path: String,
+    /// SHA-256 of the file; null where there is none.
+    pub sha256: Option<String>,
+    /// Its rows.
+    pub rows: usize,
+    /// Those that were fitted.
+    pub fitted: usize,
+    /// Those that were held out.
+    pub held_out: usize,
+}
+
 /// Records cut into what is fitted and what is held out.
 #[derive(Debug, Clone)]
 pub struct Measurements {
@@ -44,6 +62,8 @@ pub struct Measurements {
     pub hold_out: Vec<Series>,
     /// Rows of all records, those that are not used included.
     pub rows: usize,
+    /// The records.
+    pub records: Vec<Used>,
 }
 
 impl Measurements {
@@ -64,6 +84,7 @@ impl Measurements {
             fit: Vec::new(),
             hold_out: Vec::new(),
             rows,
+            records: Vec::new(),
         };
         let mut add = |record: &Record, fitted: usize| -> Result<()> {
             let whole = Series::from_record(record, structure)?;
@@ -71,8 +92,20 @@ impl Measurements {
                 true => stretches(&record.command().values, share, fitted),
                 false => whole_record(record.samples(), fitted),
             };
+            let mut used = Used {
+                name: record.name.clone(),
+                path: record.path.clone(),
+                sha256: record.sha256.clone(),
+                rows: record.samples(),
+                fitted: 0,
+                held_out: 0,
+            };
             for stretch in stretches {
                 let held = stretch.counts.start >= fitted;
+                *match held {
+                    true => &mut used.held_out,
+                    false => &mut used.fitted,
+                } += stretch.counts.len();
                 let mut series = stretch.of(&whole);
                 series.set_steps(rate, 1);
                 match held {
@@ -80,6 +113,7 @@ impl Measurements {
                     false => result.fit.push(series),
                 }
             }
+            result.records.push(used);
             Ok(())
         };
         let all_fitted = !hold_out.is_empty();

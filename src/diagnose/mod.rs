@@ -20,6 +20,7 @@ mod compare;
 mod density;
 mod evidence;
 mod free_form;
+mod hold;
 mod identify;
 mod line;
 mod linear;
@@ -44,8 +45,9 @@ pub use bootstrap::{
 pub use compare::{Comparison, indistinguishable};
 pub use density::spectral_density;
 pub use free_form::FoundForm;
+pub use hold::{Between, OtherHold};
 pub use identify::{Fitted, Identified, Options, Sides, identify};
-pub use measurements::{Cut, Measurements, ROWS};
+pub use measurements::{Cut, Measurements, ROWS, Used};
 pub use noise::{Noise, noise_floor};
 pub use question::Question;
 pub use residual::{Remaining, Residuals, coloured, remaining};

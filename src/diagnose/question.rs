@@ -18,6 +18,8 @@ pub struct Question {
     pub sizes: Scale,
     /// The records, cut into what is fitted and what is held out.
     pub measurements: Measurements,
+    /// Whether it is known that the command between two rows is as the structure has it. Otherwise both ways are tried.
+    pub hold_known: bool,
 }
 
 impl Question {
@@ -29,10 +31,14 @@ impl Question {
     pub fn of(records: &[Record], hold_out: &[Record], cut: Cut) -> Result<Self> {
         let structure = structure_for(records)?;
         let parameters = parameters_for(&structure, records);
-        Self::new(structure, parameters, records, hold_out, cut)
+        Ok(Self {
+            hold_known: false,
+            ..Self::new(structure, parameters, records, hold_out, cut)?
+        })
     }
 
-    /// A base model of one's own, with integration steps that suit the fastest dynamics within its parameters' bounds.
+    /// A base model of one's own, which also says what the command does between two rows, with integration steps that suit the
+    /// fastest dynamics within its parameters' bounds.
     ///
     /// # Errors
     /// As of [`Measurements::new`].
@@ -49,6 +55,7 @@ impl Question {
             measurements: Measurements::new(records, hold_out, cut, &structure, rate)?,
             structure,
             parameters,
+            hold_known: true,
         })
     }
 }

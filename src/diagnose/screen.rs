@@ -11,8 +11,8 @@
 //! for the family of all effects and trials, not for each alone.
 
 use super::evidence::{Evidence, Model, Side, Start};
-use super::linear::{Basis, Linear, dot};
-use crate::evaluate::Fingerprint;
+use super::linear::{Basis, dot};
+use crate::evaluate::{Fingerprint, Interrupt};
 use crate::model::effects::{Effect, known};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -70,7 +70,8 @@ struct Tried {
 }
 
 impl<'a> Screening<'a> {
-    /// Tries every effect in `allowed` that `model` does not have; `None` where the model itself diverges.
+    /// Tries every effect in `allowed` that `model` does not have; `None` where the model itself diverges, or the run was
+    /// stopped.
     pub(super) fn new(
         evidence: &'a Evidence,
         model: &'a Model,
@@ -141,7 +142,8 @@ impl<'a> Screening<'a> {
             let good = |&((i, j), share): &((usize, usize), f64)| {
                 share > least && (significant(i) || significant(j))
             };
-            let shares = directions.shares().into_iter().filter(good);
+            let shares = directions.shares(self.evidence.memory.interrupt());
+            let shares = shares.into_iter().filter(good);
             shares.take(most).map(|(pair, _)| pair).collect()
         });
         let pair = |(i, j): (usize, usize)| [&self.effects[i], &self.effects[j]];
@@ -161,33 +163,37 @@ fn key(what: &str, evidence: &Evidence, model: &Model, candidates: &[Effect]) ->
 }
 
 impl Directions {
-    /// Pairs of effects by the share of the residual's square that both explain together, the best first.
-    fn shares(&self) -> Vec<((usize, usize), f64)> {
+    /// Pairs of effects by the share of the residual's square that both explain together, the best first; where the run was
+    /// stopped, not all of them.
+    fn shares(&self, interrupt: &Interrupt) -> Vec<((usize, usize), f64)> {
         let total = dot(&self.residual, &self.residual);
         let numbers: Vec<(usize, usize)> = (0..self.of_effects.len())
             .flat_map(|i| (0..i).map(move |j| (j, i)))
             .collect();
         let share = |(i, j): (usize, usize)| {
+            if interrupt.asked() {
+                return None;
+            }
             let mut basis = self.of_effects[i].clone();
             for direction in &self.of_effects[j].0 {
                 basis.add(direction.clone());
             }
-            ((i, j), basis.explained(&self.residual) / total)
+            Some(((i, j), basis.explained(&self.residual) / total))
         };
-        let mut shares: Vec<_> = numbers.into_par_iter().map(share).collect();
+        let mut shares: Vec<_> = numbers.into_par_iter().filter_map(share).collect();
         shares.sort_by(|a, b| b.1.total_cmp(&a.1));
         shares
     }
 }
 
 /// Tries `candidates` on top of `model`: the most promising first, with their directions in this order; `None` where the
-/// model itself diverges.
+/// model itself diverges, or the run was stopped.
 fn screened(
     evidence: &Evidence,
     model: &Model,
     candidates: &[Effect],
 ) -> Option<(Vec<Screened>, Directions)> {
-    let here = Linear::new(&model.problem)?;
+    let here = evidence.linear(&model.problem)?;
     let base = Basis::spanning(here.columns);
     let mut residual = here.residual.clone();
     base.remove_from(&mut residual);
@@ -207,7 +213,7 @@ fn screened(
         .filter(|best| best.cost < cost)
         .and_then(|best| left(evidence, model, best))
         .unwrap_or_else(|| residual.clone());
-    let chances = chances(evidence, &noise, &tried, &gains);
+    let chances = chances(evidence, &noise, &tried, &gains)?;
     let mut effects: Vec<(Screened, Basis)> = Vec::new();
     for (one, chance) in tried.into_iter().zip(chances) {
         let same = |(other, _): &&mut (Screened, Basis)| other.effect == one.effect;
@@ -258,7 +264,7 @@ fn tried(
     start: Start,
 ) -> Option<Tried> {
     let problem = evidence.extended(model, effect, &start);
-    let there = Linear::new(&problem)?;
+    let there = evidence.linear(&problem)?;
     // What the trial changes, and what its parameters change there.
     let secant = residual.iter().zip(&there.residual).map(|(a, b)| a - b);
     let mut directions = base.clone();
@@ -288,7 +294,7 @@ fn tried(
 /// What the linearised refit of a trial leaves of the residual.
 fn left(evidence: &Evidence, model: &Model, tried: &Tried) -> Option<Vec<f64>> {
     let problem = evidence.extended(model, tried.effect, &tried.start);
-    let mut there = Linear::new(&problem)?;
+    let mut there = evidence.linear(&problem)?;
     Basis::spanning(there.columns).remove_from(&mut there.residual);
     Some(there.residual)
 }
@@ -301,8 +307,14 @@ struct Chance {
     above: f64,
 }
 
-/// For each trial, which promises to take its part of `gains` from the cost, what trials explain of surrogates of `residual`.
-fn chances(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]) -> Vec<Chance> {
+/// For each trial, which promises to take its part of `gains` from the cost, what trials explain of surrogates of `residual`;
+/// `None` where the run was stopped.
+fn chances(
+    evidence: &Evidence,
+    residual: &[f64],
+    tried: &[Tried],
+    gains: &[f64],
+) -> Option<Vec<Chance>> {
     let starts = evidence.starts(Side::Fit);
     let channels = evidence.scale.iter().filter(|s| **s > 0.0).count().max(1);
     let block = super::bootstrap::block_length(residual, &[0]).max(20 * channels);
@@ -325,13 +337,17 @@ fn chances(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]
             .sum()
     };
     let mut rng = ChaCha8Rng::seed_from_u64(evidence.seed);
-    let null: Vec<Vec<f64>> = (0..SURROGATES)
+    let null: Option<Vec<Vec<f64>>> = (0..SURROGATES)
         .map(|_| {
+            if evidence.memory.interrupt().asked() {
+                return None;
+            }
             let sign = |_| if rng.random::<bool>() { 1.0 } else { -1.0 };
             let signs: Vec<f64> = (0..blocks).map(sign).collect();
-            products.iter().map(|one| explained(&signs, one)).collect()
+            Some(products.iter().map(|one| explained(&signs, one)).collect())
         })
         .collect();
+    let null = null?;
     let chance: Vec<f64> = (0..tried.len())
         .map(|i| {
             let mut values: Vec<f64> = null.iter().map(|row| row[i]).collect();
@@ -366,7 +382,7 @@ fn chances(evidence: &Evidence, residual: &[f64], tried: &[Tried], gains: &[f64]
             above: explained / limit,
         }
     };
-    gains.iter().zip(&chance).zip(tried).map(one).collect()
+    Some(gains.iter().zip(&chance).zip(tried).map(one).collect())
 }
 
 /// Ends of blocks that no record's end lies inside.

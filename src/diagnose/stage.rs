@@ -1,26 +1,32 @@
 //! What a diagnosis is doing, told to whoever waits for it and may break it off.
 
+use crate::evaluate::Interrupt;
 use std::ops::ControlFlow;
 
 /// The stage of a diagnosis.
 pub(super) struct Stage<'a> {
     tell: &'a mut dyn FnMut(&str) -> ControlFlow<()>,
+    interrupt: &'a Interrupt,
     now: String,
     broken_off: bool,
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn new(tell: &'a mut dyn FnMut(&str) -> ControlFlow<()>) -> Self {
+    pub(super) fn new(
+        tell: &'a mut dyn FnMut(&str) -> ControlFlow<()>,
+        interrupt: &'a Interrupt,
+    ) -> Self {
         Self {
             tell,
-            now: String::new(),
+            interrupt,
+            now: "beginning".into(),
             broken_off: false,
         }
     }
 
     /// The next stage begins. Once it is broken off, nothing begins any more.
     pub(super) fn begins(&mut self, what: &str) {
-        if !self.broken_off {
+        if self.goes_on() {
             self.now = what.into();
             self.broken_off = (self.tell)(what).is_break();
         }
@@ -28,24 +34,24 @@ impl<'a> Stage<'a> {
 
     /// Told each generation of a search within the stage.
     pub(super) fn generation(&mut self, number: usize) -> ControlFlow<()> {
-        if !self.broken_off {
+        if self.goes_on() {
             let what = format!("{}, generation {number}", self.now);
             self.broken_off = (self.tell)(&what).is_break();
         }
-        match self.broken_off {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        match self.goes_on() {
+            true => ControlFlow::Continue(()),
+            false => ControlFlow::Break(()),
         }
     }
 
     /// Whether it has not been broken off.
     pub(super) fn goes_on(&self) -> bool {
-        !self.broken_off
+        !self.broken_off && !self.interrupt.asked()
     }
 
     /// The stage in which it was broken off, if it was.
     pub(super) fn broken_off(&self) -> Option<&str> {
-        self.broken_off.then_some(&self.now)
+        (!self.goes_on()).then_some(&self.now)
     }
 }
 
@@ -63,7 +69,8 @@ mod tests {
                 _ => ControlFlow::Continue(()),
             }
         };
-        let mut stage = Stage::new(&mut tell);
+        let never = Interrupt::default();
+        let mut stage = Stage::new(&mut tell, &never);
         stage.begins("first");
         assert!(stage.generation(1).is_continue() && stage.goes_on());
         stage.begins("second");

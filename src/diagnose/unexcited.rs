@@ -5,9 +5,10 @@
 //! base model and for every rival alike, and the report says so.
 
 use super::score::Compared;
-use crate::evaluate::Problem;
 use crate::evaluate::problem::{Data, Series};
+use crate::evaluate::{Interrupt, Problem};
 use crate::model::{Output, Parameter};
+use crate::search::Stoppable;
 use crate::search::polish::{Flat, PolishOptions, within_flats};
 use std::sync::Arc;
 
@@ -36,12 +37,13 @@ pub struct Unexcited {
 /// ask for.
 pub(super) fn set_by_held_out(
     problem: &Problem,
+    interrupt: &Interrupt,
     values: &[f64],
     flats: &[Flat],
     held_out: &Arc<Data>,
     options: &PolishOptions,
 ) -> (Vec<f64>, Vec<Flat>) {
-    let mut held = Problem {
+    let held = Problem {
         data: held_out.clone(),
         ..problem.clone()
     };
@@ -49,7 +51,18 @@ pub(super) fn set_by_held_out(
     if flats.is_empty() || rows == 0 {
         return (values.to_vec(), Vec::new());
     }
-    within_flats(&mut held, rows, &problem.free(), values, flats, options)
+    let mut stoppable = Stoppable {
+        problem: &held,
+        interrupt,
+    };
+    within_flats(
+        &mut stoppable,
+        rows,
+        &problem.free(),
+        values,
+        flats,
+        options,
+    )
 }
 
 impl Unexcited {

@@ -5,26 +5,28 @@
 //! and ends with the same bytes as a run that was never cut off.
 //!
 //! ```text
-//! servobee/checkpoint/1 VERSION RUN⏎     16 hexadecimal digits name the run: what is fitted, and how
+//! servobee/checkpoint/2 VERSION RUN⏎     16 hexadecimal digits name the run: what is fitted, and how
 //! size u32 | key u64 | result | check u64     for everything remembered, little-endian; results as postcard writes them
 //! ```
+//!
+//! Run, keys and checks are the first eight bytes of SHA-256: the same with every compiler and on every machine.
 //!
 //! A frame that is not whole, or whose check is wrong, ends the file: what follows is computed again.
 
 use super::problem::{Data, Problem};
-use super::{Cost, Evaluator, Job};
+use super::{Cost, Evaluator, Interrupt, Job};
 use crate::{Error, Result};
 use serde::{Serialize, de::DeserializeOwned};
+use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::hash::{DefaultHasher, Hasher};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What a checkpoint begins with.
-const SCHEMA: &str = "servobee/checkpoint/1";
+const SCHEMA: &str = "servobee/checkpoint/2";
 /// How long what was written may wait until it is brought to the disk: it outlives the program at once, and the machine
 /// after this.
 const SYNC: Duration = Duration::from_secs(1);
@@ -33,13 +35,13 @@ const LARGEST: u64 = 1 << 30;
 
 /// Tells one run from another: the same things told in the same order give the same number.
 #[derive(Debug, Clone, Default)]
-pub struct Fingerprint(DefaultHasher);
+pub struct Fingerprint(Sha256);
 
 impl Fingerprint {
     /// Tells the fingerprint of `text`.
     pub fn text(&mut self, text: &str) -> &mut Self {
-        self.0.write(text.as_bytes());
-        self.0.write_u8(0xff);
+        self.0.update(text);
+        self.0.update([0xff]);
         self
     }
 
@@ -73,14 +75,16 @@ impl Fingerprint {
 
     /// Tells the fingerprint of `values`, bit by bit.
     pub fn values(&mut self, values: &[f64]) -> &mut Self {
-        self.0.write(bytemuck::cast_slice(values));
-        self.0.write_usize(values.len());
+        values
+            .iter()
+            .for_each(|value| self.0.update(value.to_le_bytes()));
+        self.0.update((values.len() as u64).to_le_bytes());
         self
     }
 
     /// The number.
     pub fn finish(&self) -> u64 {
-        self.0.finish()
+        first_bytes(self.0.clone())
     }
 }
 
@@ -235,9 +239,13 @@ impl Checkpoint {
     }
 }
 
-/// What a run remembers: what is in its checkpoint, if it has one. Clones share it.
+/// What a run remembers: what is in its checkpoint, if it has one. Clones share it. It is with everything that takes long, and
+/// so it also says whether the run shall stop: what is broken off is not remembered.
 #[derive(Clone, Default)]
-pub struct Memory(Option<Arc<Mutex<Checkpoint>>>);
+pub struct Memory {
+    checkpoint: Option<Arc<Mutex<Checkpoint>>>,
+    interrupt: Interrupt,
+}
 
 impl std::fmt::Debug for Memory {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -247,13 +255,26 @@ impl std::fmt::Debug for Memory {
 
 impl From<Checkpoint> for Memory {
     fn from(checkpoint: Checkpoint) -> Self {
-        Self(Some(Arc::new(Mutex::new(checkpoint))))
+        Self {
+            checkpoint: Some(Arc::new(Mutex::new(checkpoint))),
+            interrupt: Interrupt::default(),
+        }
     }
 }
 
 impl Memory {
+    /// The same, of a run that `interrupt` may stop.
+    pub fn stopped_by(self, interrupt: Interrupt) -> Self {
+        Self { interrupt, ..self }
+    }
+
+    /// What may stop the run.
+    pub fn interrupt(&self) -> &Interrupt {
+        &self.interrupt
+    }
+
     fn checkpoint(&self) -> Option<MutexGuard<'_, Checkpoint>> {
-        let checkpoint = self.0.as_ref()?;
+        let checkpoint = self.checkpoint.as_ref()?;
         Some(checkpoint.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
@@ -270,7 +291,7 @@ impl Memory {
         result.unwrap_or_else(never)
     }
 
-    /// [`Memory::once`] of what can fail. A failure is not remembered.
+    /// [`Memory::once`] of what can fail. Neither a failure is remembered nor what an interrupt may have broken off.
     ///
     /// # Errors
     /// As `compute`.
@@ -279,7 +300,7 @@ impl Memory {
         key: impl FnOnce() -> u64,
         compute: impl FnOnce() -> std::result::Result<T, E>,
     ) -> std::result::Result<T, E> {
-        if self.0.is_none() {
+        if self.checkpoint.is_none() {
             return compute();
         }
         let key = key();
@@ -291,6 +312,9 @@ impl Memory {
             return Ok(known);
         }
         let result = compute()?;
+        if self.interrupt.asked() {
+            return Ok(result);
+        }
         if let (Some(mut own), Ok(bytes)) = (self.checkpoint(), postcard::to_stdvec(&result)) {
             own.keep(key, bytes);
         }
@@ -412,9 +436,14 @@ fn first_line(run: u64) -> String {
 }
 
 fn check(bytes: &[u8]) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    hasher.write(bytes);
-    hasher.finish()
+    first_bytes(Sha256::new_with_prefix(bytes))
+}
+
+/// The first eight bytes of a hash, as a number.
+fn first_bytes(hash: Sha256) -> u64 {
+    let hash: [u8; 32] = hash.finalize().into();
+    let first = hash.first_chunk().expect("32 bytes have eight");
+    u64::from_le_bytes(*first)
 }
 
 /// What is appended to a checkpoint for a result. For tests.
@@ -498,4 +527,22 @@ fn cannot_write(path: &Path, error: &std::io::Error) -> Error {
         format!("cannot be read and written: {error}"),
         "check the path, its permissions and the space left",
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With a hash that is not stated anywhere, what is kept would be lost with the next compiler.
+    #[test]
+    fn keys_and_checks_are_the_first_bytes_of_sha_256() {
+        // The digests of "abc" and of "run", 0xff, 1.0 and -2.5 and the number 2 in eight bytes each, little-endian.
+        assert_eq!(
+            check(b"abc").to_le_bytes(),
+            [0xba, 0x78, 0x16, 0xbf, 0x8f, 0x01, 0xcf, 0xea]
+        );
+        let mut fingerprint = Fingerprint::default();
+        fingerprint.text("run").values(&[1.0, -2.5]);
+        assert_eq!(fingerprint.finish(), 0x56b21cc471bf6bc2);
+    }
 }

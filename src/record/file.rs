@@ -8,14 +8,21 @@ use std::path::Path;
 /// Longest file that is read, in bytes.
 const LONGEST: u64 = 256 << 20;
 
+/// The content of the file at `path`.
+///
+/// # Errors
+/// A file that is missing, unreadable or longer than 256 MiB.
+pub(super) fn bytes(path: &Path) -> Result<Vec<u8>> {
+    let shorter = "save only the record's columns, or fewer samples";
+    input::bytes(path, LONGEST, shorter)
+}
+
 /// The columns of the file at `path`.
 ///
 /// # Errors
-/// A file that is missing, unreadable or longer than 256 MiB, and all that [`parse`] refuses.
+/// As of [`bytes`], and all that [`parse`] refuses.
 pub(super) fn read(path: &Path) -> Result<Table> {
-    let shorter = "save only the record's columns, or fewer samples";
-    let bytes = input::bytes(path, LONGEST, shorter)?;
-    parse(&path.display().to_string(), &bytes)
+    parse(&path.display().to_string(), &bytes(path)?)
 }
 
 /// The columns in `bytes`, the content of the file called `path`, which is a MAT file if it begins or is called so, and

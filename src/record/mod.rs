@@ -21,6 +21,7 @@ pub use mapping::{Mapping, check_mappings};
 pub(crate) use table::quoted;
 pub use unit::{Quantity, Unit};
 
+use crate::input::sha256;
 use crate::{Error, Result};
 use column::Measured;
 use mapping::{Sources, Target};
@@ -34,6 +35,9 @@ pub const HOLD_OUT: f64 = 0.30;
 
 /// Largest values of a channel that can have been measured, in the unit that is kept.
 const MEASURED: RangeInclusive<f64> = 1e-12..=1e12;
+
+/// Rows that are so many s apart show nothing of a servo valve.
+const SLOW: f64 = 0.5;
 
 /// How many times longer than its rows at their usual interval a record may last.
 const LONGEST_PAUSES: f64 = 100.0;
@@ -73,6 +77,8 @@ pub struct Record {
     pub name: String,
     /// The file's path as it was given: what errors and warnings call the record.
     pub path: String,
+    /// SHA-256 of the file's content in hexadecimal digits; of a record from memory there is none.
+    pub sha256: Option<String>,
     /// Columns of the file that no channel takes.
     pub ignored: Vec<String>,
     /// What looks wrong but need not be.
@@ -152,7 +158,8 @@ impl Record {
     /// a column that is missing, there twice or in an unknown unit; a
     /// cell that is no finite number; columns of unequal length; fewer than two samples; times that do not rise strictly.
     pub fn read(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Self> {
-        Self::of(&file::read(path.as_ref())?, mappings)
+        let path = path.as_ref();
+        Self::parse(&path.display().to_string(), file::bytes(path)?, mappings)
     }
 
     /// [`Record::read`] from the content of the file called `path`.
@@ -160,7 +167,12 @@ impl Record {
     /// # Errors
     /// As [`Record::read`], but for those of reading the file.
     pub fn parse(path: &str, content: impl AsRef<[u8]>, mappings: &[Mapping]) -> Result<Self> {
-        Self::of(&file::parse(path, content.as_ref())?, mappings)
+        let content = content.as_ref();
+        let record = Self::of(&file::parse(path, content)?, mappings)?;
+        Ok(Self {
+            sha256: Some(sha256(content)),
+            ..record
+        })
     }
 
     /// The channels of a table.
@@ -209,8 +221,10 @@ impl Record {
                 }
             })
             .collect();
+        let label = &table.columns[time.index].label;
         let mut record = Self::assembled(&table::stem(&table.path), time.values, channels, ignored);
         record.path = table.path.clone();
+        record.warnings = time_warnings(&record.time, Some(&label.spelt));
         record.warnings.extend(warnings);
         record.absent = absent;
         Ok(record)
@@ -225,8 +239,9 @@ impl Record {
         Self {
             name: name.into(),
             path: name.into(),
+            sha256: None,
             ignored,
-            warnings: time_warnings(&time),
+            warnings: time_warnings(&time, None),
             absent: Vec::new(),
             time,
             channels,
@@ -428,14 +443,17 @@ fn usual_full_scale(unit: &str) -> Option<f64> {
     }
 }
 
-/// Times in s that look as if they were in another unit.
-fn time_warnings(time: &[f64]) -> Vec<String> {
-    let step = median(&intervals(time));
+/// Times in s that look as if they were in another unit; they may be of a `column` of a file.
+fn time_warnings(time: &[f64], column: Option<&str>) -> Vec<String> {
+    let step = median_interval(time);
     let length = time[time.len() - 1] - time[0];
     let mut warnings = Vec::new();
-    if step > 10.0 {
+    if step >= SLOW {
+        let says = column.map_or(String::new(), |column| {
+            format!(" --map \"{column}=time [ms]\" says so")
+        });
         warnings.push(format!(
-            "samples are {step} s apart: is time really in s, not in ms?"
+            "samples are {step} s apart, {length} s in all: is time really in s, not in ms?{says}"
         ));
     }
     if length < 1e-3 {
@@ -444,6 +462,11 @@ fn time_warnings(time: &[f64]) -> Vec<String> {
         ));
     }
     warnings
+}
+
+/// The usual interval between `times`, of which there are two at least.
+fn median_interval(times: &[f64]) -> f64 {
+    median(&intervals(times))
 }
 
 fn intervals(time: &[f64]) -> Vec<f64> {

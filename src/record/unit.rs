@@ -95,7 +95,7 @@ const TIME: &[Unit] = &[
     Unit::new(&["min", "minutes"], "s", 60.0, 1.0),
 ];
 const SIGNAL: &[Unit] = &[
-    Unit::new(&["V"], "V", 1.0, 1.0),
+    Unit::new(&["V", "volt", "volts"], "V", 1.0, 1.0),
     Unit::new(&["mV"], "V", 1.0, 1e3),
     Unit::new(&["mA"], "mA", 1.0, 1.0),
     Unit::new(&["A"], "mA", 1e3, 1.0),
@@ -107,7 +107,12 @@ const FLOW: &[Unit] = &[
     Unit::new(&["L/s"], "L/min", 60.0, 1.0),
     Unit::new(&["m^3/s", "m3/s", "m³/s"], "L/min", 60_000.0, 1.0),
     Unit::new(&["cm^3/s", "cm3/s", "cm³/s"], "L/min", 60.0, 1e3),
-    Unit::new(&["gpm"], "L/min", 3.785_411_784, 1.0),
+    Unit::new(
+        &["gpm", "gal/min", "US gpm", "USgpm"],
+        "L/min",
+        3.785_411_784,
+        1.0,
+    ),
 ];
 const PRESSURE: &[Unit] = &[
     Unit::new(&["bar"], "bar", 1.0, 1.0),

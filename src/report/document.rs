@@ -1,9 +1,11 @@
 //! `report.json`: its fields are a contract with the programs that read it.
 
 use super::no_name::asked;
+use super::number::number;
+use super::provenance::{Call, HoldReport, InputFile, Program, now};
 use crate::card::{Card, Figure};
 use crate::diagnose::{
-    Fitted, FoundForm, Identified, Improvement, Remaining, Sides, Unexcited, Verdict,
+    Fitted, FoundForm, Identified, Improvement, Remaining, Sides, Unexcited, Used, Verdict,
 };
 use crate::evaluate::{Chosen, Problem};
 use crate::model::Parameter;
@@ -162,9 +164,9 @@ pub struct ParameterReport {
     pub unit: String,
     /// Fitted value.
     pub value: f64,
-    /// Lower end of the 95 % interval.
+    /// Lower end of the 95 % interval; not a number, in JSON null, where the fit was not polished to its end.
     pub low: f64,
-    /// Upper end of the 95 % interval.
+    /// Upper end of the 95 % interval, likewise.
     pub high: f64,
     /// Whether the value sits on one of its bounds.
     pub at_bound: bool,
@@ -179,6 +181,15 @@ pub struct ParameterReport {
 }
 
 impl ParameterReport {
+    /// The 95 % interval in words, with `to` between its ends.
+    pub fn interval(&self, to: &str) -> String {
+        match self {
+            Self { fixed: true, .. } => "fixed".into(),
+            Self { low, high, .. } if low.is_nan() || high.is_nan() => "not known".into(),
+            Self { low, high, .. } => format!("{} {to} {}", number(*low), number(*high)),
+        }
+    }
+
     /// The parameters of a fit, in the order of the problem's, beside those of the base model.
     pub fn beside(before: &[Self], problem: &Problem, fit: &Fit) -> Vec<Self> {
         let mut list = Self::of(problem, fit);
@@ -215,8 +226,8 @@ impl ParameterReport {
                     }
                     None => (
                         value,
-                        parameter.low,
-                        parameter.high,
+                        f64::NAN,
+                        f64::NAN,
                         value <= parameter.low || value >= parameter.high,
                     ),
                 }
@@ -263,6 +274,42 @@ impl RemainingReport {
     }
 }
 
+/// Where a run was cut short, and what is missing for that.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CutShort {
+    /// The stage that was under way.
+    pub stage: String,
+    /// What the report would have otherwise.
+    pub missing: Vec<String>,
+}
+
+impl CutShort {
+    /// What is missing of a diagnosis that was broken off.
+    fn of(identified: &Identified) -> Option<Self> {
+        let stage = identified.broken_off.clone()?;
+        let before = &identified.before.fit;
+        let after = &identified.after.fit;
+        let unpolished = |fit: &Fit| fit.polished.is_none() && !fit.free.is_empty();
+        let mut missing = vec![match identified.considered.is_empty() {
+            true => "the verdict: no effect was looked at to its end".to_owned(),
+            false => "the verdict: not every effect was looked at to its end".to_owned(),
+        }];
+        if unpolished(before) {
+            missing.push("the end of the base model's fit, and its intervals".into());
+        }
+        if unpolished(after) && identified.changed() {
+            missing.push("the end of the result's fit, and its intervals".into());
+        }
+        Some(Self { stage, missing })
+    }
+
+    /// Both in one sentence.
+    pub fn sentence(&self) -> String {
+        let Self { stage, missing } = self;
+        format!("Cut short in \"{stage}\". Missing: {}.", missing.join("; "))
+    }
+}
+
 /// The whole document.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Document {
@@ -272,6 +319,8 @@ pub struct Document {
     pub verdict: Verdict,
     /// The effects that were looked for, by name.
     pub asked: Vec<&'static str>,
+    /// Where the run was cut short, if it was: then everything is as far as it was known.
+    pub cut_short: Option<CutShort>,
     /// Effects in the order in which they were added.
     pub effects: Vec<AddedEffect>,
     /// Every effect that was looked at, round by round, with the reason for its choice or rejection.
@@ -304,8 +353,20 @@ pub struct Document {
     pub seed: u64,
     /// Candidates evaluated.
     pub evaluations: usize,
+    /// What was taken for the command between two rows; null where there are no rows in time.
+    pub hold: Option<HoldReport>,
+    /// The records.
+    pub records: Vec<Used>,
+    /// Files that were read beside them.
+    pub files: Vec<InputFile>,
+    /// What wrote this.
+    pub program: Program,
+    /// The arguments that it was given.
+    pub arguments: Vec<String>,
     /// Wall-clock time, s.
     pub seconds: f64,
+    /// When it was written, UTC.
+    pub date: String,
     /// What undermines the result.
     pub warnings: Vec<String>,
 }
@@ -318,6 +379,7 @@ impl Document {
         chosen: &Chosen,
         seed: u64,
         seconds: f64,
+        call: Call,
         mut warnings: Vec<String>,
     ) -> Self {
         let Identified {
@@ -335,6 +397,8 @@ impl Document {
             }
         }
         warnings.extend(after.unexcited.iter().map(Unexcited::describe));
+        let hold = HoldReport::from(&identified.between);
+        warnings.extend(hold.warning());
         let rows = after.problem.rows();
         let free = after.fit.free.len();
         if rows < SHORT * free {
@@ -381,6 +445,7 @@ impl Document {
             schema: SCHEMA,
             verdict: identified.verdict,
             asked: asked(identified),
+            cut_short: CutShort::of(identified),
             effects: effects.collect(),
             considered: considered.collect(),
             free_form: identified
@@ -413,7 +478,13 @@ impl Document {
             evaluator_reason: chosen.why.clone(),
             seed,
             evaluations: identified.evaluations,
+            hold: Some(hold),
+            records: identified.measurements.records.clone(),
+            files: call.files,
+            program: Program::default(),
+            arguments: call.arguments,
             seconds,
+            date: now(),
             warnings,
         }
     }
@@ -441,6 +512,7 @@ impl Document {
             .correlates_with
             .extend(other.remaining.correlates_with);
         self.integration_error.extend(other.integration_error);
+        self.cut_short = self.cut_short.or(other.cut_short);
         self.evaluations += other.evaluations;
         self.seconds += other.seconds;
         self.warnings.extend(other.warnings);

@@ -7,10 +7,12 @@ mod no_name;
 mod number;
 mod output;
 mod output_file;
+mod provenance;
 
 pub use document::{
-    AddedEffect, ConsideredEffect, Document, ErrorPair, FreeFormReport, ImprovementReport,
-    Improvements, Knot, ParameterReport, RemainingReport, SCHEMA, not_identifiable,
+    AddedEffect, ConsideredEffect, CutShort, Document, ErrorPair, FreeFormReport,
+    ImprovementReport, Improvements, Knot, ParameterReport, RemainingReport, SCHEMA,
+    not_identifiable,
 };
 pub use html::{datasheet_page, page};
 pub use model_file::ModelFile;
@@ -18,3 +20,4 @@ pub use no_name::{not_diagnosed, unexplained};
 pub use number::{number, quantity, rounded};
 pub use output::OutputFolder;
 pub use output_file::OutputFile;
+pub use provenance::{Call, HoldErrors, HoldReport, InputFile, MovedParameter, Program, now};

@@ -192,7 +192,7 @@ pub struct Plan {
     pub seed: u64,
     /// Groups that are run.
     pub groups: Vec<Group>,
-    /// Factor on the number of records of each kind.
+    /// Factor on the number of records of each group.
     pub count: f64,
     /// Only cases that plant this, where given: an effect's or outsider's name.
     pub only: Option<String>,
@@ -216,7 +216,8 @@ impl Default for Plan {
 }
 
 impl Plan {
-    /// Its cases, group by group. A larger count adds cases and changes none.
+    /// Its cases, group by group: of each the share that the count says, and one at least. A larger count adds cases and changes
+    /// none.
     ///
     /// # Errors
     /// A count that is no positive number, or nothing that is called as [`Plan::only`] says.
@@ -231,26 +232,28 @@ impl Plan {
         let mut groups = self.groups.clone();
         groups.sort();
         groups.dedup();
-        let mut cases: Vec<Case> = groups.iter().flat_map(|&group| self.group(group)).collect();
-        if let Some(only) = &self.only {
-            cases.retain(|case| case.plants(only));
-            if cases.is_empty() {
-                return Err(Error::input(
-                    format!("only {only:?}"),
-                    "no case of these groups plants it",
-                    "use a name that servobee synthesize --help lists, such as delay, sensor_lag.flow or detent",
-                ));
-            }
+        let cases: Vec<Case> = groups.iter().flat_map(|&group| self.group(group)).collect();
+        match &self.only {
+            Some(only) if cases.is_empty() => Err(Error::input(
+                format!("only {only:?}"),
+                "no case of these groups plants it",
+                "use a name that servobee synthesize --help lists, such as delay, sensor_lag.flow or detent",
+            )),
+            _ => Ok(cases),
         }
-        Ok(cases)
     }
 
-    /// The case of this name.
+    /// The case of this name, also one that a small count leaves out.
     ///
     /// # Errors
     /// There is none.
     pub fn case(&self, id: &str) -> Result<Case> {
-        let cases = self.cases()?;
+        let whole = Self {
+            count: self.count.max(1.0),
+            ..self.clone()
+        };
+        self.cases()?;
+        let cases = whole.cases()?;
         let example = cases.first().map_or(String::new(), |case| case.id.clone());
         cases.into_iter().find(|case| case.id == id).ok_or_else(|| {
             Error::input(
@@ -261,8 +264,40 @@ impl Plan {
         })
     }
 
+    /// The share of a group's cases that the count says.
     fn group(&self, group: Group) -> Vec<Case> {
-        let number = (group.size() * self.count).round().max(1.0) as usize;
+        let rounds = self.count.ceil().max(1.0) * group.size();
+        let plants = |case: &Case| self.only.as_ref().is_none_or(|only| case.plants(only));
+        let whole = self.first(group, rounds as usize);
+        let mut cases: Vec<(usize, Case)> = whole.into_iter().enumerate().collect();
+        match group {
+            // Of these each is drawn by its number.
+            Group::Null | Group::Pairs => {
+                cases.truncate(share(group.size() * self.count));
+                cases.retain(|(_, case)| plants(case));
+            }
+            // Of few cases no two are of one kind, and which kinds they are does not follow the list of effects.
+            Group::Single | Group::Forms | Group::Outsiders => {
+                cases.retain(|(_, case)| plants(case));
+                let kinds = cases.len() as f64 / rounds;
+                let number = share(group.size() * kinds * self.count);
+                cases.sort_by_cached_key(|(_, case)| {
+                    let (kind, index) = case.id.rsplit_once('/').expect("an id has an index");
+                    let index: usize = index.parse().expect("a number");
+                    (
+                        index,
+                        random(self.seed, &format!("{kind} turn")).random::<u64>(),
+                    )
+                });
+                cases.truncate(number);
+                cases.sort_by_key(|(place, _)| *place);
+            }
+        }
+        cases.into_iter().map(|(_, case)| case).collect()
+    }
+
+    /// The first `number` cases of each kind in a group.
+    fn first(&self, group: Group, number: usize) -> Vec<Case> {
         let strong = |variants: Vec<Variant>| -> Vec<Case> {
             let mut cases = Vec::new();
             for variant in variants {
@@ -345,6 +380,11 @@ impl Case {
             Subject::Outsider(oddity) => oddity.name() == name,
         }
     }
+}
+
+/// A number of cases: of whatever there is one at least.
+fn share(cases: f64) -> usize {
+    (cases.round() as usize).max(1)
 }
 
 fn target(rng: &mut ChaCha8Rng) -> f64 {

@@ -5,10 +5,10 @@ use super::polish::{
     autocorrelation_inflation, polish, polish_what_counts, profile,
 };
 use super::{Bees, Settings, Start, Swarm, forage};
-use crate::Result;
 use crate::evaluate::problem::{Data, Problem};
-use crate::evaluate::{Cost, Evaluator, Fingerprint, Memory, reference};
+use crate::evaluate::{Cost, Evaluator, Fingerprint, Interrupt, Memory, reference};
 use crate::model::Parameter;
+use crate::{Error, Result};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
@@ -23,6 +23,29 @@ impl LeastSquares for Problem {
 
     fn costs_at_most(&mut self, candidate: &[f64], most: f64) -> bool {
         reference::cost_up_to(self, candidate, most).is_some()
+    }
+}
+
+/// A problem that diverges everywhere once the run was asked to stop, so that whatever minimises it comes to its end.
+pub(crate) struct Stoppable<'a> {
+    pub(crate) problem: &'a Problem,
+    pub(crate) interrupt: &'a Interrupt,
+}
+
+impl LeastSquares for Stoppable<'_> {
+    fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
+        !self.interrupt.asked() && reference::residuals(self.problem, candidate, row)
+    }
+
+    fn cost(&mut self, candidate: &[f64]) -> Option<f64> {
+        match self.interrupt.asked() {
+            true => None,
+            false => reference::cost(self.problem, candidate),
+        }
+    }
+
+    fn costs_at_most(&mut self, candidate: &[f64], most: f64) -> bool {
+        !self.interrupt.asked() && reference::cost_up_to(self.problem, candidate, most).is_some()
     }
 }
 
@@ -95,7 +118,7 @@ pub struct Fit {
     pub cost_at_start: Option<f64>,
     /// What the search found.
     pub search: Search,
-    /// The polish and what it says of the parameters.
+    /// The polish and what it says of the parameters; not there where none was planned, or the run was stopped before its end.
     pub polished: Option<(Polished, Uncertainty)>,
     /// Candidates evaluated in all, those of the polish included.
     pub evaluations: usize,
@@ -186,34 +209,11 @@ fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
     let mut evaluations = search.evaluations;
     let polished = match plan.polish && !free.is_empty() {
         false => None,
-        true => {
-            let mut problem = problem.clone();
-            let key = || {
-                let mut fingerprint = Fingerprint::default();
-                fingerprint.text("polish").problem(&problem);
-                fingerprint.values(&search.values).finish()
-            };
-            let polished = plan.memory.try_once(key, || {
-                polish_on_data(&problem, &free, &search.values, &PolishOptions::default())
-            })?;
-            evaluations += polished.evaluations;
-            let inflation = if plan.coloured {
-                inflation(&problem, &polished.values)
-            } else {
-                1.0
-            };
-            let options = UncertaintyOptions {
-                inflation,
-                ..Default::default()
-            };
-            let mut uncertainty = Uncertainty::new(&free, &polished, &options);
-            profile_doubtful(&mut problem, &free, &polished, &mut uncertainty);
-            for flat in &polished.flat {
-                uncertainty.intervals[flat.parameter] = flat.interval(&free[flat.parameter]);
-            }
-            Some((polished, uncertainty))
-        }
+        true => polished(problem, &free, &search, plan)?,
     };
+    evaluations += polished
+        .as_ref()
+        .map_or(0, |(polished, _)| polished.evaluations);
     Ok(Fit {
         cost_at_start: reference::cost(problem, &problem.start()),
         free,
@@ -227,18 +227,64 @@ fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
 /// the points of a sine stream are too few to say so of a parameter.
 pub(crate) fn polish_on_data(
     problem: &Problem,
+    interrupt: &Interrupt,
     free: &[Parameter],
     values: &[f64],
     options: &PolishOptions,
 ) -> Result<Polished> {
-    let mut problem = problem.clone();
+    let mut stoppable = Stoppable { problem, interrupt };
     match &*problem.data {
         Data::Series(_) => {
             let neutral = problem.start();
-            polish_what_counts(&mut problem, free, [values, &neutral], options)
+            polish_what_counts(&mut stoppable, free, [values, &neutral], options)
         }
-        Data::Tones(_) => polish(&mut problem, free, values, options),
+        Data::Tones(_) => polish(&mut stoppable, free, values, options),
     }
+}
+
+/// The polish of what was found, and what it says of the parameters; `None` where the run was stopped before the end of it.
+fn polished(
+    problem: &Problem,
+    free: &[Parameter],
+    search: &Search,
+    plan: &Plan,
+) -> Result<Option<(Polished, Uncertainty)>> {
+    let interrupt = plan.memory.interrupt();
+    let key = || {
+        let mut fingerprint = Fingerprint::default();
+        fingerprint.text("polish").problem(problem);
+        fingerprint.values(&search.values).finish()
+    };
+    let polished = plan.memory.try_once(key, || {
+        let options = PolishOptions::default();
+        polish_on_data(problem, interrupt, free, &search.values, &options)
+    });
+    if interrupt.asked() {
+        return match search.cost {
+            Some(_) => Ok(None),
+            None => Err(Error::failed(
+                "every candidate has diverged until the run was stopped",
+                "let it go on",
+            )),
+        };
+    }
+    let polished = polished?;
+    let inflation = if plan.coloured {
+        inflation(problem, &polished.values)
+    } else {
+        1.0
+    };
+    let options = UncertaintyOptions {
+        inflation,
+        ..Default::default()
+    };
+    let mut uncertainty = Uncertainty::new(free, &polished, &options);
+    let mut stoppable = Stoppable { problem, interrupt };
+    profile_doubtful(&mut stoppable, free, &polished, &mut uncertainty);
+    for flat in &polished.flat {
+        uncertainty.intervals[flat.parameter] = flat.interval(&free[flat.parameter]);
+    }
+    Ok((!interrupt.asked()).then_some((polished, uncertainty)))
 }
 
 /// Most parameters whose cost is followed, and most integration steps a candidate may take for that.
@@ -247,12 +293,12 @@ const PROFILED: (usize, u64) = (4, 2_000_000);
 /// Where the curvature at the result says nothing of a parameter, because it sits on a bound or has no effect there, its
 /// interval comes from following the cost along it: a saturation that is never reached has a lower limit all the same.
 fn profile_doubtful(
-    problem: &mut Problem,
+    stoppable: &mut Stoppable,
     free: &[Parameter],
     polished: &Polished,
     uncertainty: &mut Uncertainty,
 ) {
-    if free.len() > PROFILED.0 || problem.steps() > PROFILED.1 {
+    if free.len() > PROFILED.0 || stoppable.problem.steps() > PROFILED.1 {
         return;
     }
     let no_effect = |j: usize| {
@@ -266,7 +312,7 @@ fn profile_doubtful(
         .collect();
     for j in doubtful {
         uncertainty.intervals[j] = profile(
-            problem,
+            stoppable,
             free,
             polished,
             uncertainty,

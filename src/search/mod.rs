@@ -7,6 +7,6 @@ mod forage;
 pub mod polish;
 
 pub use bees::{Bees, Moves, Neighbourhood, Settings, Start, Variant};
-pub(crate) use fit::polish_on_data;
 pub use fit::{Fit, Plan, Search, fit, fit_all, refine};
+pub(crate) use fit::{Stoppable, polish_on_data};
 pub use forage::{Swarm, forage};

@@ -19,7 +19,7 @@ use super::table::Table;
 use super::{Channel, Record, Unit, file};
 use crate::Result;
 use call::call;
-use propose::{COMMAND, proposals};
+use propose::{COMMAND, Proposed, proposals};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -98,7 +98,7 @@ pub fn inspect(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Inspectio
 
 fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
     let taken = taken(table, mappings);
-    let proposals = proposals(table, &taken);
+    let Proposed { proposals, doubts } = proposals(table, &taken);
     let mut all = taken.clone();
     all.extend(
         proposals
@@ -149,6 +149,7 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
         problem_left: record.err().map(|error| error.to_string()),
     };
     let suspicions = suspicions(&signals, &inspection);
+    inspection.warnings.extend(doubts);
     inspection.warnings.extend(suspicions);
     inspection
 }

@@ -1,8 +1,8 @@
 //! What the names of somebody else's columns say: `x_cmd_mm` is a command in mm, `pA` the pressure at port A.
 
-use crate::record::Channel;
 use crate::record::label::Label;
 use crate::record::mapping::Target;
+use crate::record::{Channel, Quantity};
 
 /// How surely a word names a target; a command of the position is a command, the position of a spool a spool.
 const NAMES_A_COMMAND: u8 = 9;
@@ -11,7 +11,7 @@ const NAMES: u8 = 7;
 const MEASURED: u8 = 6;
 /// A letter that stands for the quantity in formulas, if nothing else is in the name.
 const SYMBOL: u8 = 4;
-const COUNTS: u8 = 2;
+pub(super) const COUNTS: u8 = 2;
 
 /// What a name may mean.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,12 +33,20 @@ pub(super) fn meanings(label: &Label) -> Vec<Meaning> {
         .chain(Channel::ALL.map(Target::Channel));
     targets
         .filter_map(|target| {
-            let known = |unit: &str| target.quantity().unit(Some(unit), "").is_ok();
+            let imperial = words.iter().any(|word| word.eq_ignore_ascii_case("imp"));
+            let known = |unit: &str| {
+                // A gallon is another one there.
+                let other = imperial && target.quantity() == Quantity::Flow;
+                !other && target.quantity().unit(Some(unit), "").is_ok()
+            };
             let (stem, unit) = match &label.unit {
                 // A column in another unit is another quantity.
                 Some(unit) if !known(unit) => return None,
                 Some(unit) => (&words[..], Some(unit.clone())),
-                None => without_unit(&words, known),
+                None => match without_unit(&words, known) {
+                    (stem, None) => (stem, unit_within(&label.spelt, &words, known)),
+                    found => found,
+                },
             };
             let stem: Vec<String> = stem.iter().map(|word| word.to_lowercase()).collect();
             let (certainty, word) = said(target, &stem)?;
@@ -50,6 +58,21 @@ pub(super) fn meanings(label: &Label) -> Vec<Meaning> {
             })
         })
         .collect()
+}
+
+/// Whether a name says that a column is no signal of the spool's loop, whatever its unit.
+pub(super) fn is_no_signal(label: &Label) -> bool {
+    let words: Vec<String> = words(&label.spelt)
+        .iter()
+        .map(|word| word.to_lowercase())
+        .collect();
+    let certainty = |channel: Channel| said(Target::Channel(channel), &words).map(|found| found.0);
+    let best = Channel::ALL
+        .into_iter()
+        .max_by_key(|channel| certainty(*channel));
+    best.is_some_and(|channel| {
+        channel.quantity() != Quantity::Signal && certainty(channel) >= Some(NAMES)
+    })
 }
 
 /// The words of a name: `xCmd_mm` has x, Cmd and mm.
@@ -82,6 +105,22 @@ fn without_unit(words: &[String], known: impl Fn(&str) -> bool) -> (&[String], O
         }
     }
     (words, None)
+}
+
+/// A unit elsewhere in a name: alone in brackets as in `flow (gpm) raw`, or a word of some length as in `flow (gpm at 70 bar)`.
+fn unit_within(name: &str, words: &[String], known: impl Fn(&str) -> bool) -> Option<String> {
+    let inside = |opened: &str| {
+        opened
+            .split([')', ']'])
+            .next()
+            .map(|text| text.trim().to_owned())
+    };
+    let alone = name.split(['(', '[']).skip(1).filter_map(inside);
+    let pairs = words.windows(2).map(|pair| pair.join("/"));
+    let long = words.iter().filter(|word| word.chars().count() > 1);
+    let mut all = alone.chain(pairs).chain(long.cloned());
+    // `x(1)` is a column of a matrix.
+    all.find(|unit| unit.parse::<f64>().is_err() && known(unit))
 }
 
 /// How surely the words name the target, and which of them does.
@@ -181,6 +220,11 @@ mod tests {
             ("x_position", "position [?]"),
             ("Q_lpm", "flow [lpm]"),
             ("flow_L_min", "flow [L/min]"),
+            ("Flow (GPM at 1000 psi)", "flow [GPM]"),
+            ("Flow (GPM)(1)", "flow [GPM]"),
+            ("Cmd (V) filtered", "command [V]"),
+            ("Flow (imp GPM)", "flow [?]"),
+            ("spool(1)", "spool [?]"),
             ("pA", "pressure_a [?]"),
             ("p_B_bar", "pressure_b [bar]"),
             ("pS", "supply_pressure [?]"),

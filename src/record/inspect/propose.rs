@@ -1,11 +1,11 @@
 //! What the columns that no channel takes probably are: from their names, their units, and their values.
 
 use super::follow::{Follows, follows};
-use super::names::{Meaning, meanings};
-use crate::record::column::Column;
+use super::names::{COUNTS, Meaning, is_no_signal, meanings};
+use crate::record::column::{Column, Odd};
 use crate::record::mapping::Target;
-use crate::record::table::Table;
-use crate::record::{Channel, Mapping, Quantity};
+use crate::record::table::{Table, listed, quoted};
+use crate::record::{Channel, Mapping, Quantity, SLOW, median_interval, unit};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -26,30 +26,119 @@ pub struct Proposal {
     pub(super) mapping: Mapping,
 }
 
-/// Proposals for the columns of `table` that are not in `taken`, and for the targets that are not.
-pub(super) fn proposals(table: &Table, taken: &super::Targets) -> Vec<Proposal> {
-    let mut finder = Finder {
-        table,
-        taken: taken
-            .iter()
-            .map(|(&target, &(index, _))| (target, index))
-            .collect(),
-        proposals: Vec::new(),
+/// What is proposed for a table.
+#[derive(Default)]
+pub(super) struct Proposed {
+    /// For columns that are nothing yet, and targets that no column is.
+    pub(super) proposals: Vec<Proposal>,
+    /// Why nothing is proposed for columns that look as if they were something.
+    pub(super) doubts: Vec<String>,
+}
+
+/// Proposals for the columns of `table` that are not in `taken`, and for the targets that are not. All are of one test: of
+/// columns that are equally long, those that make the most of a record.
+pub(super) fn proposals(table: &Table, taken: &super::Targets) -> Proposed {
+    let taken: BTreeMap<Target, usize> = taken
+        .iter()
+        .map(|(&target, &(index, _))| (target, index))
+        .collect();
+    let mut lengths: Vec<usize> = match taken.values().next() {
+        Some(&first) => vec![length(&table.columns[first])],
+        None => table.columns.iter().map(length).collect(),
     };
-    finder.by_name();
-    finder.time_by_values();
-    finder.by_likeness();
-    finder.proposals.sort_by_key(|proposal| proposal.target);
-    finder.proposals
+    lengths.retain(|&length| length > 1);
+    lengths.sort_unstable_by(|a, b| b.cmp(a));
+    lengths.dedup();
+    let of_length = |length| {
+        let mut finder = Finder {
+            table,
+            taken: taken.clone(),
+            length,
+            doubtful: Vec::new(),
+            proposed: Proposed::default(),
+        };
+        finder.find();
+        finder
+    };
+    // Of those that make as much the longest, which come last.
+    let found = lengths.into_iter().take(LENGTHS).rev().map(of_length);
+    let most = found.max_by_key(Finder::makes);
+    most.map_or_else(Proposed::default, Finder::finish)
+}
+
+/// Most lengths of columns that are looked at, the longest first.
+const LENGTHS: usize = 20;
+
+/// A file may end within a row: columns are of one test all the same if their lengths differ by no more than so many.
+const RAGGED: usize = 2;
+
+/// The rows of a column up to the last that is not empty.
+fn length(column: &Column) -> usize {
+    let rows = column.values.len();
+    let odd = column.odd.iter().rev().zip((0..rows).rev());
+    let empty = odd.take_while(|((row, odd), last)| *odd == Odd::Empty && row == last);
+    rows - empty.count()
 }
 
 struct Finder<'a> {
     table: &'a Table,
     taken: BTreeMap<Target, usize>,
-    proposals: Vec<Proposal>,
+    /// How long the columns are that are looked at.
+    length: usize,
+    /// Columns whose unit only the user knows.
+    doubtful: Vec<usize>,
+    proposed: Proposed,
 }
 
 impl Finder<'_> {
+    fn find(&mut self) {
+        self.by_name();
+        self.time_by_values();
+        self.by_likeness();
+    }
+
+    /// How much of a record there is: first its parts that it cannot do without, then all.
+    fn makes(&self) -> (usize, usize) {
+        let has = |target: Target| usize::from(self.taken.contains_key(&target));
+        let mut responses = Channel::RESPONSES.into_iter().map(Target::Channel);
+        let response = responses.any(|target| self.taken.contains_key(&target));
+        let needed = has(Target::Time) + has(COMMAND) + usize::from(response);
+        (needed, self.taken.len())
+    }
+
+    fn finish(mut self) -> Proposed {
+        self.proposed
+            .proposals
+            .sort_by_key(|proposal| proposal.target);
+        let other = |column: &&Column| self.has_numbers(column) && !self.is_of_this_test(column);
+        let others: Vec<&Column> = self.table.columns.iter().filter(other).collect();
+        if !others.is_empty() {
+            let names = others.iter().map(|column| column.label.text.as_str());
+            self.proposed.doubts.push(format!(
+                "nothing is proposed for {}, which are of another length than the {} rows of the record: another test?",
+                listed(names),
+                self.length
+            ));
+        }
+        self.proposed
+    }
+
+    fn is_of_this_test(&self, column: &Column) -> bool {
+        length(column).abs_diff(self.length) <= RAGGED
+    }
+
+    /// Whether a column has numbers, and more than a constant of a file.
+    fn has_numbers(&self, column: &Column) -> bool {
+        let (numbers, length) = (column.values.len() - column.odd.len(), length(column));
+        length > 1 && 2 * numbers > length
+    }
+
+    /// The values of column `index`, without the empty cells below it.
+    fn values(&self, index: usize) -> &[f64] {
+        let values = &self.column(index).values;
+        &values[..values.len().min(self.length)]
+    }
+
     fn column(&self, index: usize) -> &Column {
         &self.table.columns[index]
     }
@@ -58,7 +147,9 @@ impl Finder<'_> {
     fn free(&self) -> Vec<usize> {
         let free = |&index: &usize| {
             let column = self.column(index);
-            2 * column.odd.len() < column.values.len()
+            self.has_numbers(column)
+                && self.is_of_this_test(column)
+                && !self.doubtful.contains(&index)
                 && self.taken.values().all(|taken| *taken != index)
         };
         (0..self.table.columns.len()).filter(free).collect()
@@ -67,14 +158,12 @@ impl Finder<'_> {
     /// The surest names first; of two that are as sure, neither.
     fn by_name(&mut self) {
         let possible = |index: usize| {
-            let column = self.column(index);
+            let values = self.values(index);
             let fits = move |meaning: &Meaning| match meaning.target {
-                Target::Time => rises(&column.values),
-                Target::Channel(channel) => {
-                    channel != Channel::Temperature || !rises(&column.values)
-                }
+                Target::Time => rises(values),
+                Target::Channel(channel) => channel != Channel::Temperature || !rises(values),
             };
-            let meanings = meanings(&column.label).into_iter().filter(fits);
+            let meanings = meanings(&self.column(index).label).into_iter().filter(fits);
             meanings.map(move |meaning| (index, meaning))
         };
         let mut all: Vec<(usize, Meaning)> = self.free().into_iter().flat_map(possible).collect();
@@ -104,7 +193,7 @@ impl Finder<'_> {
             };
             if *target == Target::Time {
                 reason.push_str(", and it rises from row to row");
-                if unit.is_none() && counts_rows(&self.column(*index).values) {
+                if unit.is_none() && *certainty == COUNTS && counts_rows(self.values(*index)) {
                     reason.push_str(
                         " by 1: in s that is one row a second; write [ms] for one a millisecond",
                     );
@@ -121,10 +210,20 @@ impl Finder<'_> {
             return;
         }
         let mut rising = self.free();
-        rising.retain(|&index| rises(&self.column(index).values));
+        // A column in another unit is another quantity.
+        let may_be_time = |index: usize| match &self.column(index).label.unit {
+            Some(unit) => !unit::is_known(unit) || self.unit_for(index, Quantity::Time).is_some(),
+            None => true,
+        };
+        rising.retain(|&index| rises(self.values(index)) && may_be_time(index));
         if let [only] = rising[..] {
             let reason = "it is the only column that rises from row to row".into();
-            self.propose(only, Target::Time, None, reason);
+            self.propose(
+                only,
+                Target::Time,
+                self.unit_for(only, Quantity::Time),
+                reason,
+            );
         }
     }
 
@@ -135,7 +234,9 @@ impl Finder<'_> {
         let response = responses
             .iter()
             .find_map(|target| self.taken.get(target).copied());
-        let free = self.free();
+        let flow = |index: usize| self.unit_for(index, Quantity::Flow).is_some();
+        let mut free = self.free();
+        free.retain(|&index| flow(index) || !is_no_signal(&self.column(index).label));
         let pairs: Vec<(usize, usize)> = match (command, response) {
             (Some(_), Some(_)) => return,
             (Some(command), None) => free.iter().map(|&other| (command, other)).collect(),
@@ -149,7 +250,7 @@ impl Finder<'_> {
         // Where neither is known, only what is behind is the response.
         let least = isize::from(command.is_none() && response.is_none());
         let alike = |&(early, late): &(usize, usize)| {
-            let follows = follows(&self.column(early).values, &self.column(late).values)?;
+            let follows = follows(self.values(early), self.values(late))?;
             (follows.rows >= least && follows.is_close()).then_some((early, late, follows))
         };
         let strength = |(_, _, follows): &(usize, usize, Follows)| follows.correlation.abs();
@@ -159,6 +260,7 @@ impl Finder<'_> {
         else {
             return;
         };
+        let of_flow = flow(late);
         let name = |index: usize| &self.column(index).label.text;
         let leads = format!(
             "{:?} follows it {rows} rows later (correlation {correlation:.2})",
@@ -177,8 +279,11 @@ impl Finder<'_> {
             );
         }
         if response.is_none() {
-            let flow = self.unit_for(late, Quantity::Flow).is_some();
-            let channel = if flow { Channel::Flow } else { Channel::Spool };
+            let channel = if of_flow {
+                Channel::Flow
+            } else {
+                Channel::Spool
+            };
             let unit = self.unit_for(late, channel.quantity());
             self.propose(late, Target::Channel(channel), unit, behind);
         }
@@ -191,25 +296,44 @@ impl Finder<'_> {
     }
 
     fn propose(&mut self, index: usize, target: Target, unit: Option<String>, mut reason: String) {
-        let unit = unit.unwrap_or_else(|| {
-            let assumed = match target.quantity() {
-                Quantity::Signal => "1",
-                quantity => quantity.usual().kept(),
-            };
-            let given = match &self.column(index).label.unit {
-                Some(unit) => format!("the unit {unit:?} is not known"),
-                None => "no unit is given".into(),
-            };
-            reason.push_str(&format!("; {given}, so [{assumed}] is assumed"));
-            assumed.into()
-        });
+        let unit = match unit {
+            Some(unit) => unit,
+            None => {
+                let label = &self.column(index).label;
+                let given = match &label.unit {
+                    Some(unit) if unit::is_known(unit) => {
+                        format!("{unit:?} is no unit of a {target}")
+                    }
+                    Some(unit) => format!("the unit {unit:?} is not known"),
+                    None => match label.text.contains(['(', '[']) {
+                        true => format!("{} has no unit that is known", quoted(&label.text)),
+                        false => "no unit is given".into(),
+                    },
+                };
+                let Some(assumed) = self.assumed(index, target) else {
+                    let name = quoted(&label.text);
+                    self.proposed.doubts.push(format!(
+                        "{name} may be {target}, for {reason}; but {given}: say which with --map \"{}={target} [UNIT]\"",
+                        self.name(index)
+                    ));
+                    self.doubtful.push(index);
+                    return;
+                };
+                reason.push_str(&format!("; {given}, so [{assumed}] is assumed"));
+                if assumed == "ms" {
+                    let interval = median_interval(self.values(index));
+                    reason.push_str(&format!(": in s a row would come every {interval} s"));
+                }
+                assumed.into()
+            }
+        };
         let column = self.name(index);
         let map = format!("{column}={target} [{unit}]");
         let Ok(mapping) = map.parse() else {
             return;
         };
         self.taken.insert(target, index);
-        self.proposals.push(Proposal {
+        self.proposed.proposals.push(Proposal {
             column: self.column(index).label.text.clone(),
             map,
             reason,
@@ -217,6 +341,28 @@ impl Finder<'_> {
             target,
             mapping,
         });
+    }
+
+    /// The unit of a column that has none for this target; `None` where a guess would be one among several.
+    fn assumed(&self, index: usize, target: Target) -> Option<&'static str> {
+        let label = &self.column(index).label;
+        match target.quantity() {
+            Quantity::Signal => Some("1"),
+            // Whole numbers that are too far apart for s.
+            Quantity::Time if median_interval(self.values(index)) >= SLOW => {
+                let whole = self.values(index).iter().all(|time| time.fract() == 0.0);
+                Some(if whole && label.unit.is_none() {
+                    "ms"
+                } else {
+                    "s"
+                })
+            }
+            // What stands behind the name is a unit, only not one that is known.
+            quantity => match label.unit.is_some() || label.text.contains(['(', '[']) {
+                true => None,
+                false => Some(quantity.usual().kept()),
+            },
+        }
     }
 
     /// The shortest name that means this column alone.

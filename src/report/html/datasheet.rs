@@ -41,7 +41,7 @@ pub fn datasheet_page(sheets: &[(Sheet, Vec<(&str, Fit)>)], document: &Document)
             let sheet = sheets.iter().find(|(sheet, _)| sheet.quantity.0 == name);
             sheet.map_or(String::new(), |(sheet, _)| sheet.quantity.1.clone())
         })))
-        (section("run", "How it was run", tables::run(document, &[])))
+        (section("run", "How it was run", tables::run(document)))
     };
     whole("datasheet – servobee", &lead, &content)
 }

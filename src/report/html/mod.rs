@@ -17,7 +17,6 @@ mod words;
 use super::Document;
 use crate::card::Card;
 use crate::diagnose::{Identified, Verdict};
-use crate::evaluate::problem::Series;
 use crate::model::Output;
 pub use datasheet::datasheet_page;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -64,10 +63,13 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         (section("card", "The valve", card::all(card, identified)))
         (section("search", "Search", convergence::of(identified)))
         (section("remaining", "What remains", tables::remaining(document, &unit)))
-        (section("run", "How it was run", tables::run(document, &records(identified))))
+        (section("run", "How it was run", tables::run(document)))
     };
     let lead = html! {
-        h1 { (words::answer(identified)) }
+        @match &document.cut_short {
+            None => h1 { (words::answer(identified)) },
+            Some(cut) => { h1 { "Cut short: there is no verdict." } p.lead { (cut.sentence()) } }
+        }
         p.lead { (words::errors(identified)) }
         @if let Some(form) = &document.free_form { p { (words::correction(form)) } }
         @if let Some(fell) = &document.error.improvement.hold_out {
@@ -111,26 +113,4 @@ fn whole(title: &str, lead: &Markup, content: &Markup) -> String {
 
 fn section(id: &str, title: &str, content: Markup) -> Markup {
     html! { section id=(id) { h2 { (title) } (content) } }
-}
-
-/// Name, fitted and held-out rows of each record.
-fn records(identified: &Identified) -> Vec<(String, usize, usize)> {
-    let count = |series: &Series| series.samples.iter().filter(|s| s.weight > 0.0).count();
-    let measurements = &identified.measurements;
-    let mut list: Vec<(String, usize, usize)> = measurements
-        .fit
-        .iter()
-        .map(|one| (one.name.clone(), count(one), 0))
-        .collect();
-    let split = measurements
-        .hold_out
-        .iter()
-        .any(|one| one.samples.iter().any(|s| s.weight == 0.0));
-    for (i, one) in measurements.hold_out.iter().enumerate() {
-        match list.get_mut(i) {
-            Some(known) if split => known.2 = count(one),
-            _ => list.push((one.name.clone(), 0, count(one))),
-        }
-    }
-    list
 }

@@ -63,7 +63,7 @@ pub(super) fn parameters(parameters: &[ParameterReport], before: bool) -> Markup
                     td { (parameter.name) } td { (parameter.unit) }
                     @if before { td.n { (parameter.before.map_or("–".into(), number)) } }
                     td.n { (number(parameter.value)) }
-                    td.n { @if parameter.fixed { "fixed" } @else { (number(parameter.low)) " … " (number(parameter.high)) } }
+                    td.n { (parameter.interval("…")) }
                     td { (note(parameter)) }
                 }
             } }
@@ -103,18 +103,28 @@ pub(super) fn undetermined(document: &Document, unit: &dyn Fn(&str) -> String) -
     }
 }
 
-/// What evaluated how much, from which seed, in what time.
-pub(super) fn run(document: &Document, records: &[(String, usize, usize)]) -> Markup {
+/// What was made of which records by what: enough to do it again.
+pub(super) fn run(document: &Document) -> Markup {
+    let sum = |sha256: &Option<String>| {
+        html! { @if let Some(sum) = sha256 { br; "SHA-256 " code { (sum) } } }
+    };
     html! {
         dl {
-            dt { "Program" } dd { "servobee " (env!("CARGO_PKG_VERSION")) }
-            @for (name, fitted, held_out) in records {
-                dt { "Record" } dd { (name) ": " (fitted) " rows fitted, " (held_out) " held out" }
+            dt { "Program" } dd { (document.program.name) " " (document.program.version) }
+            dt { "Arguments" } dd { code { (document.arguments.join(" ")) } }
+            @for record in &document.records {
+                dt { "Record" }
+                dd {
+                    (record.path) ": " (record.rows) " rows, " (record.fitted) " fitted, " (record.held_out) " held out"
+                    (sum(&record.sha256))
+                }
             }
+            @for file in &document.files { dt { "File" } dd { (file.path) (sum(&file.sha256)) } }
+            @if let Some(hold) = &document.hold { dt { "Command" } dd { (hold.sentence()) } }
             dt { "Evaluator" } dd { (document.evaluator) " (" (document.evaluator_reason) ")" }
             dt { "Seed" } dd { (document.seed) }
             dt { "Evaluations" } dd { (document.evaluations) }
-            dt { "Time" } dd { (format!("{:.1} s", document.seconds)) }
+            dt { "Time" } dd { (document.date) ", " (format!("{:.1} s", document.seconds)) }
         }
     }
 }

@@ -214,6 +214,12 @@ impl ModelFile {
         Ok(structure)
     }
 
+    /// Whether the file says what the command does between two rows.
+    pub fn says_hold(&self) -> bool {
+        let own = self.own_structure();
+        own.is_some_and(|own| own.get_ref().get("hold").is_some())
+    }
+
     /// The structure of a file that must have all of it.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         assert!(cut <= whole);
     }
     // What a run appends is read, and what is torn off it is not.
-    let head = b"servobee/checkpoint/1 0.1.0 0000000000000007\n";
+    let head = b"servobee/checkpoint/2 0.1.0 0000000000000007\n";
     let mut own = head.to_vec();
     own.extend(frame(1, bytes));
     assert_eq!(read(&own), Some(1));

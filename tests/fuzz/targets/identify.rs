@@ -8,7 +8,7 @@ use servobee::diagnose::{Cut, Options, Question, identify};
 use servobee::evaluate::{Choice, choose};
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
-use servobee::report::{Document, ModelFile, page};
+use servobee::report::{Call, Document, ModelFile, page};
 use servobee::search::{Plan, Settings};
 use servobee_fuzz::{assert_reads_back, located};
 use std::ops::ControlFlow;
@@ -95,7 +95,8 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         return;
     }
     let card = Card::of(&after.problem, &after.fit);
-    let document = Document::of(&identified, &card, &chosen, 1, 0.0, records[0].remarks());
+    let call = Call::default();
+    let document = Document::of(&identified, &card, &chosen, 1, 0.0, call, records[0].remarks());
     assert!(!document.to_json().contains("NaN"));
     assert!(
         page(&identified, &document, &card)

@@ -2,12 +2,14 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servobee::card::Card;
+use servobee::card::{Card, Figure};
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::reference;
 use servobee::evaluate::{Memory, Problem};
 use servobee::model::valve::{Drop, ValveForm};
 use servobee::model::{Output, Structure};
+use servobee::record::FlowCurve;
+use servobee::search::datasheet::Sheet;
 use servobee::search::{Plan, refine};
 use std::f64::consts::{PI, TAU};
 
@@ -242,6 +244,118 @@ fn intervals_hold_what_they_promise() {
     // 57 are expected; fewer than 52 or none missed in 180 are chances below one in a hundred.
     assert!(held.iter().all(|&held| held >= 52), "{held:?}");
     assert!(held.iter().sum::<i32>() < 3 * runs as i32, "{held:?}");
+}
+
+fn figure<'c>(card: &'c Card, name: &str) -> &'c Figure {
+    card.figures.iter().find(|one| one.name == name).unwrap()
+}
+
+#[test]
+fn what_the_model_does_not_have_is_no_measured_zero() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.003),
+        ("saturation", 3.0),
+        ("max_area", 0.5),
+    ];
+    let plain = card(&valve(&[]), &values, 0.01, 1);
+    for name in ["overlap", "asymmetry", "hysteresis", "null_bias"] {
+        let figure = figure(&plain, name);
+        assert_eq!(
+            (figure.value, figure.low, figure.high),
+            (Some(0.0), None, None)
+        );
+        assert_eq!(figure.no_interval, Some("the model has none"), "{name}");
+    }
+    let rated = figure(&plain, "rated_flow");
+    assert_eq!(rated.label, "rated flow at 70 bar");
+    assert!(rated.low < rated.value && rated.value < rated.high);
+    assert_eq!(rated.no_interval, None);
+    // A loop that is damped well does not overshoot: that is measured.
+    let overshoot = figure(&plain, "overshoot");
+    assert_eq!(
+        [overshoot.value, overshoot.low, overshoot.high],
+        [Some(0.0); 3]
+    );
+
+    let biased = [&values[..], &[("null_bias", 0.3)]].concat();
+    let null = figure(&card(&valve(&["null_bias"]), &biased, 0.01, 1), "null_bias").clone();
+    assert!(null.low < null.value && null.value < null.high && null.no_interval.is_none());
+
+    // What an unexplained record leaves open is in no interval.
+    let open = rated.clone().without_interval();
+    assert_eq!((open.value, open.low, open.high), (rated.value, None, None));
+    assert_eq!(open.no_interval, Some("the model is incomplete"));
+    let zero = figure(&plain, "overlap").clone().without_interval();
+    assert_eq!(zero.no_interval, Some("the model has none"));
+}
+
+#[test]
+fn a_figure_that_the_data_do_not_determine_has_no_value() {
+    // Steps of up to 9 V never reach a saturation of 19 V.
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.003),
+        ("saturation", 19.0),
+    ];
+    let problem = problem(&actuator(), &values, 0.0, 1);
+    let fit = |problem: &Problem| {
+        let plan = Plan {
+            coloured: false,
+            memory: Memory::default(),
+            ..Plan::of_records(1)
+        };
+        refine(problem, &problem.start(), &plan).unwrap()
+    };
+    // Steps of a five-hundredth of that reach none that it could have.
+    let mut small = problem.clone();
+    let Data::Series(mut all) = (*small.data).clone() else {
+        unreachable!("a record")
+    };
+    for sample in all.iter_mut().flat_map(|one| &mut one.samples) {
+        sample.input[0] *= 0.002;
+        sample.target[0] *= 0.002;
+    }
+    small.data = Data::Series(all).into();
+    let [large, small] = [&problem, &small].map(|problem| Card::of(problem, &fit(problem)));
+    for name in ["amplitude_limit_90", "phase_limit_90", "step_time"] {
+        assert!(figure(&large, name).value.is_some(), "{name}");
+        let open = figure(&small, name);
+        println!("{open:?}");
+        assert_eq!((open.value, open.low, open.high), (None, None, None));
+        assert_eq!(open.note, "this data does not determine it");
+    }
+}
+
+#[test]
+fn a_valve_without_an_actuator_has_the_flow_of_each_command_itself() {
+    let openings = [0.0, 25.0, 50.0, 75.0, 100.0];
+    let curve = FlowCurve {
+        name: "linear".into(),
+        opening: openings.to_vec(),
+        flow: openings.map(|opening| 0.1 * opening).to_vec(),
+        weight: vec![1.0; 5],
+        warnings: Vec::new(),
+    };
+    let problem = Sheet::flow(&curve, 10.0).problem;
+    let plan = Plan {
+        coloured: false,
+        memory: Memory::default(),
+        ..Plan::of_records(1)
+    };
+    let card = Card::of(
+        &problem,
+        &refine(&problem, &problem.start(), &plan).unwrap(),
+    );
+    assert_near(&card, "rated_flow", 10.0, 1e-5);
+    assert_near(&card, "flow_gain", 0.1, 1e-7);
+    for name in ["hysteresis", "overlap", "asymmetry", "null_bias"] {
+        assert_near(&card, name, 0.0, 1e-3);
+    }
+    assert_eq!(value(&card, "hysteresis"), 0.0);
+    for [command, flow] in card.cycle.falling.iter().chain(&card.cycle.rising) {
+        assert!((flow - 0.1 * command).abs() < 1e-5, "{flow} at {command}");
+    }
 }
 
 #[test]

@@ -167,6 +167,22 @@ fn every_verdict_has_its_answer_and_every_figure() {
                 );
             }
         }
+        let card = between(&page, "<section id=\"card\">", "</section>");
+        assert!(page.find("<section").unwrap() == page.find("<section id=\"card\"").unwrap());
+        assert!(!card[0].contains(">0 … 0<"), "{}: {}", case.name, card[0]);
+        let incomplete = card[0].contains("the model is incomplete");
+        assert_eq!(incomplete, case.name == "unexplained");
+        assert_eq!(
+            card[0].contains("Rated flow at 70 bar: "),
+            case.synthesize.is_none()
+        );
+        for explained in [
+            "The base model is ",
+            "Held-out rows are ",
+            "The promise of an effect is ",
+        ] {
+            assert!(page.contains(explained), "{}: {explained}", case.name);
+        }
         for id in ["parameters", "card", "remaining", "run"] {
             assert_eq!(
                 page.matches(&format!("<section id=\"{id}\">")).count(),

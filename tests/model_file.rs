@@ -298,11 +298,14 @@ fn a_fluid_sets_density_and_viscosity_unless_a_parameter_does() {
 /// A structure of any parts that fit together.
 fn any_structure() -> impl Strategy<Value = Structure> {
     let units = select(vec!["V", "mA", "%", "mm", "1"]);
+    let openings = || {
+        proptest::collection::btree_set(-1000_i32..1000, 4..12)
+            .prop_map(|openings| openings.into_iter().map(|at| f64::from(at) / 7.0).collect())
+    };
     let area = prop_oneof![
         Just(AreaLaw::Linear),
-        proptest::collection::btree_set(-1000_i32..1000, 4..12).prop_map(|openings| {
-            AreaLaw::Table(openings.into_iter().map(|at| f64::from(at) / 7.0).collect())
-        })
+        openings().prop_map(AreaLaw::Table),
+        openings().prop_map(AreaLaw::Signed),
     ];
     let kinds = (
         subsequence(Output::ALL.to_vec(), 1..=3),

@@ -313,7 +313,7 @@ fn response_errors(
         let (sin, cos) = phase.to_radians().sin_cos();
         worst[0] = worst[0].max((re - gain * cos).hypot(im - gain * sin));
         if gain > 0.1 {
-            worst[1] = worst[1].max(tone.error(im.atan2(re)).abs());
+            worst[1] = worst[1].max(tone.phase_error(im.atan2(re)).unwrap().abs());
         }
     }
     worst
@@ -398,11 +398,11 @@ fn sensitivities(problem: &Problem, values: &[f64]) -> Vec<Dual<MOST>> {
         Data::Tones(tones) => {
             let plant = Plant::new(&problem.structure, &duals);
             let wave = Wave::new(tones);
-            let phase = |tone: &Tone| {
+            let phase_and_square = |tone: &Tone| {
                 let [re, im] = response(&plant, tone, &wave, |_| false);
-                im.atan2(re)
+                [im.atan2(re), re * re + im * im]
             };
-            tones.iter().map(phase).collect()
+            tones.iter().flat_map(phase_and_square).collect()
         }
     }
 }

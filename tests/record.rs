@@ -5,8 +5,8 @@ mod program;
 use program::measured;
 use proptest::prelude::*;
 use servobee::record::{
-    Channel, FlowCurve, HOLD_OUT, Mapping, Quantity, Record, ResponseCurve, Series, StepCurve,
-    cases, full_scale,
+    Channel, FlowCurve, HOLD_OUT, Mapping, Quantity, Record, ResponseCurve, ResponsePoint, Series,
+    StepCurve, cases, full_scale,
 };
 use servobee::{Error, Result};
 use std::path::PathBuf;
@@ -802,14 +802,56 @@ fn curves_are_read_with_their_options() {
     };
     assert_eq!(
         (first.amplitude, first.gain, first.weight),
-        (50.0, None, 1.0)
+        (Some(50.0), None, 1.0)
     );
     assert_eq!(
         (second.amplitude, second.gain, second.weight),
-        (100.0, Some(-3.0), 0.5)
+        (Some(100.0), Some(-3.0), 0.5)
     );
-    assert_eq!(first.phase, 1.0_f64.to_degrees());
+    assert_eq!(first.phase, Some(1.0_f64.to_degrees()));
     assert_holds(&response.warnings.join(" "), &["positive"]);
+}
+
+#[test]
+fn the_columns_of_a_response_are_known_by_their_units_too() {
+    for header in [
+        "deg,Hz,dB",
+        "[deg],[Hz],[dB]",
+        "phi/°,f/Hz,A/dB",
+        "Phase Shift (deg),Freq (Hz),Amplitude Ratio (dB)",
+        "phase,frequency,gain\ndeg,Hz,dB",
+        "phase [deg],frequency [Hz],amplitude [dB]",
+    ] {
+        let text = format!("{header}\n-10,1,0.5\n-90,20,-3\n");
+        let response = ResponseCurve::parse("r.csv", &text).unwrap();
+        let known = |point: &ResponsePoint| (point.frequency, point.gain, point.phase);
+        let points: Vec<_> = response.points.iter().map(known).collect();
+        assert_eq!(
+            points,
+            [
+                (1.0, Some(0.5), Some(-10.0)),
+                (20.0, Some(-3.0), Some(-90.0))
+            ],
+            "{header}"
+        );
+        assert!(
+            response
+                .points
+                .iter()
+                .all(|point| point.amplitude.is_none())
+        );
+        assert!(response.warnings.is_empty(), "{:?}", response.warnings);
+    }
+    // A column that is called so comes before one that has the unit alone.
+    let text = "frequency [Hz],phase [deg],smoothed [deg]\n1,-10,-9\n";
+    let response = ResponseCurve::parse("r.csv", text).unwrap();
+    assert_eq!(response.points[0].phase, Some(-10.0));
+    assert_holds(
+        &response.warnings.join(" "),
+        &["\"smoothed [deg]\"", "ignored"],
+    );
+    let gains = ResponseCurve::parse("r.csv", "Hz,dB\n5,-30\n1,-20\n").unwrap();
+    assert_holds(&gains.warnings.join(" "), &["1 Hz", "-20 dB", "0 dB"]);
 }
 
 #[test]
@@ -821,6 +863,28 @@ fn a_step_becomes_a_record() {
     );
     let record = step.to_record(Some(2.0)).unwrap();
     assert_eq!(record.command(), &Series::new("mm", vec![0.0, 2.0, 2.0]));
+    for (times, expected) in [
+        ("0.5,1\n1,2\n", vec![0.0, 0.5, 1.0]),
+        ("-1,0\n0.5,1\n", vec![-1.0, 0.0, 0.5]),
+    ] {
+        let text = format!("time [s],spool [V]\n{times}");
+        let record = StepCurve::parse("s.csv", text)
+            .unwrap()
+            .to_record(None)
+            .unwrap();
+        assert_eq!(record.time(), expected);
+        let command = expected
+            .iter()
+            .map(|&time| if time < 0.0 { 0.0 } else { 10.0 });
+        assert_eq!(record.command().values, command.collect::<Vec<_>>());
+        let at_zero = expected.iter().position(|&time| time == 0.0).unwrap();
+        assert_eq!(record.get(Channel::Spool).unwrap().values[at_zero], 0.0);
+    }
+    let early = StepCurve::parse("s.csv", "time [s],spool [V]\n-2,0\n-1,0\n").unwrap();
+    assert_refused(
+        early.to_record(None),
+        &["\"s\"", "-1 s", "0 s", "command [V]"],
+    );
     let given = "time [s],spool [mm],command [V]\n0,0,1\n1,2,1\n";
     let record = StepCurve::parse("s.csv", given)
         .unwrap()
@@ -872,8 +936,10 @@ fn built_in_cases_hold_the_published_numbers() {
         let points = response
             .points
             .iter()
-            .filter(|point| point.amplitude == amplitude);
-        points.map(|point| (point.frequency, point.phase)).collect()
+            .filter(|point| point.amplitude == Some(amplitude));
+        points
+            .map(|point| (point.frequency, point.phase.unwrap()))
+            .collect()
     };
     assert_eq!((at(100.0).len(), at(40.0).len()), (8, 8));
     assert_eq!((at(100.0)[5], at(40.0)[6]), ((43.0, -90.0), (57.0, -90.0)));

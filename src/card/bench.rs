@@ -4,11 +4,13 @@
 use crate::evaluate::problem::{Sample, Series};
 use crate::evaluate::simulate::outputs;
 use crate::model::effects::Port;
-use crate::model::valve::{Drop, Meter};
+use crate::model::valve::{AreaLaw, Drop, Meter};
 use crate::model::{Drive, Hold, Initial, Output, Parameter, Plant, Structure};
 
 /// Pressure from P to T where the record's was measured, bar: at which servo valves are rated.
 const DROP: f64 = 70.0;
+/// Share of an interval after which an answer counts as settled.
+const SETTLED: f64 = 0.99;
 /// Temperature of the oil, °C: that of ISO 10770-1's tests.
 const TEMPERATURE: f64 = 40.0;
 
@@ -109,8 +111,37 @@ impl Bench {
         }
     }
 
+    /// The opening up to which both sides' areas are known, %: beyond the last of a table they are taken as constant.
+    pub(super) fn reach(&self) -> f64 {
+        match self.structure.valve.as_ref().map(|valve| &valve.area) {
+            Some(AreaLaw::Table(openings)) => openings[openings.len() - 1],
+            Some(AreaLaw::Signed(openings)) => openings[openings.len() - 1].min(-openings[0]),
+            Some(AreaLaw::Linear) | None => f64::INFINITY,
+        }
+    }
+
     /// Spool and flow when the command is each of `commands` for `interval` seconds: what they are when it is given.
     pub(super) fn run(&self, commands: &[f64], interval: f64) -> Vec<[f64; 2]> {
+        let time = (0..commands.len()).map(|k| interval * k as f64).collect();
+        self.simulate(commands, time)
+    }
+
+    /// The same, but what they are when that command has been there for nearly `interval` seconds: the answer to the command
+    /// itself, of a spool that moves as of one that follows at once.
+    pub(super) fn settled(&self, commands: &[f64], interval: f64) -> Vec<[f64; 2]> {
+        let twice: Vec<f64> = commands.iter().flat_map(|&command| [command; 2]).collect();
+        let time = (0..commands.len())
+            .flat_map(|k| [0.0, SETTLED].map(|share| interval * (k as f64 + share)))
+            .collect();
+        self.simulate(&twice, time)
+            .into_iter()
+            .skip(1)
+            .step_by(2)
+            .collect()
+    }
+
+    /// Spool and flow at each `time` at which one of `commands` is given.
+    fn simulate(&self, commands: &[f64], time: Vec<f64>) -> Vec<[f64; 2]> {
         let input = |command, time| {
             [
                 command,
@@ -122,7 +153,6 @@ impl Bench {
                 time,
             ]
         };
-        let time: Vec<f64> = (0..commands.len()).map(|k| interval * k as f64).collect();
         let sample = |(&command, &time): (&f64, &f64)| Sample {
             input: input(command, time),
             weight: 1.0,

@@ -6,6 +6,8 @@ use super::bench::Bench;
 const STEPS: usize = 100;
 /// Shares of full scale between which a branch is taken as straight.
 const STRAIGHT: (f64, f64) = (0.2, 0.8);
+/// The output follows the command where no side's slope is below this share of the steepest one's.
+const FOLLOWS: f64 = 1e-3;
 /// Largest share of full scale at which hysteresis is read.
 const READ: f64 = 0.95;
 /// How long each command is kept: at least this, s, and so many of the slowest time constants.
@@ -29,15 +31,14 @@ impl Cycle {
         let up = (0..steps).map(level);
         let down = (-steps + 1..=steps).rev().map(level);
         let again = (-steps..=steps).map(level);
-        // The last one's answer is read one interval later.
-        let commands: Vec<f64> = up.chain(down).chain(again).chain([full]).collect();
+        let commands: Vec<f64> = up.chain(down).chain(again).collect();
         let interval = SETTLING.0.max(SETTLING.1 * bench.slowest()) + 2.0 * bench.delay();
-        let outputs = bench.run(&commands, interval);
+        let outputs = bench.settled(&commands, interval);
         let output = usize::from(bench.structure.valve.is_some());
         let points: Vec<[f64; 2]> = commands
             .iter()
-            .zip(outputs.iter().skip(1))
-            .map(|(&command, after)| [command, after[output]])
+            .zip(&outputs)
+            .map(|(&command, settled)| [command, settled[output]])
             .collect();
         let turn = 2 * STEPS + STEPS;
         Self {
@@ -46,7 +47,8 @@ impl Cycle {
         }
     }
 
-    /// The figures of a cycle over ±`full`; none where the output does not follow the command.
+    /// The figures of a cycle over ±`full`; none where the output does not follow the command on both sides alike: it then
+    /// has no gain and no null.
     pub(super) fn figures(&self, full: f64) -> Option<CycleFigures> {
         let lines: Vec<[f64; 2]> = [&self.falling, &self.rising]
             .into_iter()
@@ -61,7 +63,11 @@ impl Cycle {
             mean(down_minus[1], up_minus[1]),
         ];
         let gain = mean(gains[0], gains[1]);
-        if !(gain.is_finite() && gain != 0.0) {
+        let slopes = lines.iter().map(|line| line[1] * gain.signum());
+        let (least, most) = slopes.fold((f64::INFINITY, 0.0), |(least, most), slope| {
+            (slope.min(least), slope.max(most))
+        });
+        if !(gain.is_finite() && least > FOLLOWS * most) {
             return None;
         }
         let cross = |line: [f64; 2]| -line[0] / line[1];
@@ -119,4 +125,46 @@ fn line(branch: &[[f64; 2]], end: f64) -> [f64; 2] {
     let squares = points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
     let slope = products / squares;
     [y - slope * x, slope]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The cycle of an output that has no hysteresis.
+    fn cycle(output: impl Fn(f64) -> f64) -> Cycle {
+        let rising: Vec<[f64; 2]> = (-100..=100)
+            .map(|k| [f64::from(k), output(f64::from(k))])
+            .collect();
+        Cycle {
+            falling: rising.iter().rev().copied().collect(),
+            rising,
+        }
+    }
+
+    #[test]
+    fn an_output_that_does_not_follow_the_command_has_no_figures() {
+        let straight = cycle(|command| -0.3 * command).figures(100.0).unwrap();
+        assert!((straight.rated - 30.0).abs() < 1e-9 && (straight.gain + 0.3).abs() < 1e-12);
+        assert_eq!(
+            (straight.hysteresis, straight.null.abs() < 1e-9),
+            (0.0, true)
+        );
+        // The amount of the flow, one side, nothing, noise that is far below what follows.
+        let others: [fn(f64) -> f64; 4] = [
+            f64::abs,
+            |command| command.max(0.0),
+            |_| 0.0,
+            |command| {
+                if command > 0.0 {
+                    command
+                } else {
+                    1e-6 * command
+                }
+            },
+        ];
+        for output in others {
+            assert!(cycle(output).figures(100.0).is_none());
+        }
+    }
 }

@@ -61,7 +61,7 @@ const NULL: (f64, usize) = (0.03, 24);
 /// The least flow out of the supply, L/min, near the command `null`.
 fn leakage(bench: &Bench, null: f64) -> f64 {
     let bench = bench.with_flow_of_supply();
-    let flow = |command: f64| bench.run(&[command; 2], 1.0)[1][1];
+    let flow = |command: f64| bench.settled(&[command], 1.0)[0][1];
     let reach = NULL.0 * bench.structure.full_scale;
     let (mut low, mut high) = (null - reach, null + reach);
     for _ in 0..NULL.1 {
@@ -77,8 +77,8 @@ fn leakage(bench: &Bench, null: f64) -> f64 {
 /// What a figure cannot do without.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Needs {
-    /// A valve whose flow, or the position that integrates it, was measured.
-    Valve,
+    /// A valve whose flow, or the position that integrates it, was measured, with areas up to this opening, %.
+    Valve(f64),
     /// The same, and something that was fitted to what leaks.
     Leak,
     /// A spool that is moved by an actuator.
@@ -96,6 +96,22 @@ pub(super) struct Definition {
     pub(super) needs: Needs,
     note: &'static str,
     value: fn(&Tests) -> Option<f64>,
+}
+
+impl Definition {
+    /// Whether it is zero for whatever values the parameters have where the model lacks what causes it. A spool that moves
+    /// overshoots or does not: that follows from the values.
+    pub(super) fn has_a_cause_of_its_own(&self) -> bool {
+        self.needs != Needs::Actuator
+    }
+
+    /// Why the tests do not show it.
+    pub(super) fn miss(&self) -> &'static str {
+        match self.needs {
+            Needs::Actuator => "not reached",
+            _ => "the output does not follow the command on both sides of the null",
+        }
+    }
 }
 
 const fn figure(
@@ -116,13 +132,18 @@ const fn figure(
     }
 }
 
+/// Openings, %, up to which the areas have to be known for a figure: nearly full, since a curve is read off by hand, and the
+/// end of the part that is taken as straight.
+const FULL: f64 = 99.0;
+const STRAIGHT_PART: f64 = 80.0;
+
 /// All figures, in the order in which a datasheet has them.
 pub(super) const FIGURES: &[Definition] = &[
     figure(
         "rated_flow",
         "rated flow",
         "L/min",
-        Needs::Valve,
+        Needs::Valve(FULL),
         "at full command, mean of both sides",
         |tests| tests.cycle(|cycle| cycle.rated),
     ),
@@ -130,7 +151,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "flow_gain",
         "flow gain",
         "L/min/command",
-        Needs::Valve,
+        Needs::Valve(STRAIGHT_PART),
         "slope from 20 to 80 % of full command",
         |tests| tests.cycle(|cycle| cycle.gain),
     ),
@@ -138,7 +159,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "asymmetry",
         "asymmetry",
         "%",
-        Needs::Valve,
+        Needs::Valve(STRAIGHT_PART),
         "flow gain of the positive side less that of the negative one",
         |tests| tests.cycle(|cycle| cycle.asymmetry),
     ),
@@ -146,7 +167,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "overlap",
         "overlap",
         "%",
-        Needs::Valve,
+        Needs::Valve(STRAIGHT_PART),
         "where the straight parts of the flow curve meet zero; below zero: underlap",
         |tests| tests.cycle(|cycle| cycle.overlap),
     ),
@@ -164,7 +185,10 @@ pub(super) const FIGURES: &[Definition] = &[
         "%",
         Needs::Answer,
         "command of no output",
-        |tests| Some(100.0 * tests.figures.as_ref()?.null / tests.full_scale),
+        |tests| {
+            let null = tests.figures.as_ref()?.null;
+            (null.abs() <= tests.full_scale).then_some(100.0 * null / tests.full_scale)
+        },
     ),
     figure(
         "leakage",
@@ -245,6 +269,8 @@ pub(super) struct Conditions {
     drop: Option<f64>,
     moves: bool,
     leaks: bool,
+    /// The opening up to which the areas are known, %.
+    reach: f64,
 }
 
 impl Conditions {
@@ -258,6 +284,7 @@ impl Conditions {
         Self {
             drop: bench.drop(),
             moves: bench.actuator().is_some(),
+            reach: bench.reach(),
             leaks: ["leakage_area", "leakage", "opening_offset"]
                 .into_iter()
                 .any(fitted),
@@ -265,26 +292,41 @@ impl Conditions {
     }
 
     /// Why there can be no value of `figure`, if so.
-    pub(super) fn lack(&self, figure: &Definition) -> Option<&'static str> {
-        match figure.needs {
-            Needs::Valve | Needs::Leak if self.drop.is_none() => Some("no flow was measured"),
-            Needs::Leak if !self.leaks => Some("nothing that leaks was fitted"),
-            Needs::Actuator if !self.moves => Some("the model moves the spool directly"),
-            _ => None,
+    pub(super) fn lack(&self, figure: &Definition) -> Option<String> {
+        Some(match figure.needs {
+            Needs::Valve(_) | Needs::Leak if self.drop.is_none() => "no flow was measured".into(),
+            Needs::Valve(opening) if self.reach < opening => {
+                format!(
+                    "the flow is known up to an opening of {} % only",
+                    self.reach
+                )
+            }
+            Needs::Leak if !self.leaks => "nothing that leaks was fitted".into(),
+            Needs::Actuator if !self.moves => "the model moves the spool directly".into(),
+            _ => return None,
+        })
+    }
+
+    /// What `figure` is called: a rated flow says nothing without its pressure drop.
+    pub(super) fn label(&self, figure: &Definition) -> String {
+        match self.drop.filter(|_| figure.name == "rated_flow") {
+            Some(drop) => format!("{} at {} bar", figure.label, rounded(drop)),
+            None => figure.label.into(),
         }
     }
 
     /// The conditions of `figure`.
     pub(super) fn note(&self, figure: &Definition) -> String {
         match (figure.needs, self.drop) {
-            (Needs::Valve | Needs::Leak, Some(drop)) => {
-                format!(
-                    "{}; {} bar from P to T",
-                    figure.note,
-                    (100.0 * drop).round() / 100.0
-                )
+            (Needs::Valve(_) | Needs::Leak, Some(drop)) => {
+                format!("{}; {} bar from P to T", figure.note, rounded(drop))
             }
             _ => figure.note.into(),
         }
     }
+}
+
+/// A pressure, bar, to two decimals.
+fn rounded(drop: f64) -> f64 {
+    (100.0 * drop).round() / 100.0
 }

@@ -29,18 +29,42 @@ pub const AMPLITUDES: [f64; 3] = [5.0, 25.0, 90.0];
 pub struct Figure {
     /// Its name in JSON, such as `rated_flow`.
     pub name: String,
-    /// What it is, such as `rated flow`.
+    /// What it is, such as `rated flow at 70 bar`.
     pub label: String,
     /// Unit.
     pub unit: String,
-    /// Its value; null where the model or the record does not give it.
+    /// Its value; null where the model, the record or the data do not give it.
     pub value: Option<f64>,
-    /// Lower end of its 95 % interval; null where the data set none.
+    /// Lower end of its 95 % interval; null where there is none.
     pub low: Option<f64>,
-    /// Upper end of its 95 % interval; null where the data set none.
+    /// Upper end of its 95 % interval; null where there is none.
     pub high: Option<f64>,
+    /// Why a value has no interval; null where it has one.
+    pub no_interval: Option<&'static str>,
     /// Conditions, or why there is no value.
     pub note: String,
+}
+
+/// Why a value has no interval: zero is all that the model can say.
+const NONE_IN_MODEL: &str = "the model has none";
+/// The same: what the model does not explain is in no interval.
+const UNEXPLAINED: &str = "the model is incomplete";
+/// The same: what noise there is does not show.
+const NO_NOISE: &str = "as many parameters as points";
+/// The same: it is what the parameters were set to.
+const NOT_FITTED: &str = "not fitted";
+
+impl Figure {
+    /// The figure of a model that does not explain its record: intervals assume that it does.
+    pub fn without_interval(self) -> Self {
+        let known = self.no_interval.or(self.value.map(|_| UNEXPLAINED));
+        Self {
+            low: None,
+            high: None,
+            no_interval: known,
+            ..self
+        }
+    }
 }
 
 /// A valve's figures, and the curves that they are read off.
@@ -67,10 +91,16 @@ impl Card {
         let conditions = Conditions::of(problem, &own);
         let tests = Tests::of(&own);
         let values = tests.values();
+        // Where there are no more points than parameters, nothing tells how large the noise is.
+        let noisy = fit
+            .polished
+            .as_ref()
+            .is_some_and(|(_, uncertainty)| uncertainty.degrees_of_freedom > 0.0);
         let axes: Vec<Axis> = match &fit.polished {
             None => Vec::new(),
             Some((polished, uncertainty)) => spread(&fit.free, polished, uncertainty)
                 .into_par_iter()
+                .filter(|axis| noisy || !axis.determined)
                 .map(|axis| Axis {
                     ends: axis.ends.map(|free| Tests::of(&bench(&free)).values()),
                     determined: axis.determined,
@@ -78,30 +108,33 @@ impl Card {
                 .collect(),
         };
         let figure = |(i, figure): (usize, &Definition)| {
-            let lack = conditions.lack(figure);
-            let value = values[i].filter(|_| lack.is_none());
-            let interval = match (value, &fit.polished) {
-                (Some(value), Some(_)) => interval(value, i, &axes),
-                _ => None,
+            let found = match (conditions.lack(figure), values[i]) {
+                (Some(lack), _) => Err(lack),
+                (None, None) => Err(figure.miss().into()),
+                (None, Some(value)) => interval(value, i, &axes)
+                    .map(|interval| (value, interval))
+                    .ok_or_else(|| "this data does not determine it".to_owned()),
             };
-            let note = match (lack, value, interval) {
-                (Some(lack), ..) => lack.into(),
-                (None, None, _) => "not reached".into(),
-                (None, Some(_), None) if fit.polished.is_some() => {
-                    "this data does not determine it".into()
+            let known = match found {
+                Err(_) => Err(None),
+                Ok(_) if fit.polished.is_none() => Err(Some(NOT_FITTED)),
+                Ok(_) if !noisy => Err(Some(NO_NOISE)),
+                Ok((_, ends)) if ends == [0.0; 2] && figure.has_a_cause_of_its_own() => {
+                    Err(Some(NONE_IN_MODEL))
                 }
-                (None, Some(_), _) => conditions.note(figure),
+                Ok((_, interval)) => Ok(interval),
             };
             Figure {
                 name: figure.name.into(),
-                label: figure.label.into(),
+                label: conditions.label(figure),
                 unit: figure
                     .unit
                     .replace("command", &problem.structure.command_unit),
-                value,
-                low: interval.map(|ends| ends[0]),
-                high: interval.map(|ends| ends[1]),
-                note,
+                value: found.as_ref().ok().map(|(value, _)| *value),
+                low: known.ok().map(|[low, _]| low),
+                high: known.ok().map(|[_, high]| high),
+                no_interval: known.err().flatten(),
+                note: found.err().unwrap_or_else(|| conditions.note(figure)),
             }
         };
         Self {
@@ -119,10 +152,10 @@ struct Axis {
     determined: bool,
 }
 
-/// A figure has no interval if a direction that the data do not determine changes it by more than this share.
+/// A figure is not determined if a direction that the data do not determine changes it by more than this share.
 const UNDETERMINED: f64 = 0.1;
 
-/// The 95 % interval of figure number `i`, which is `value`.
+/// The 95 % interval of figure number `i`, which is `value`; `None` where the data do not determine it.
 fn interval(value: f64, i: usize, axes: &[Axis]) -> Option<[f64; 2]> {
     let (mut below, mut above) = (0.0, 0.0);
     for axis in axes {

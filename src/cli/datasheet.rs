@@ -17,7 +17,7 @@ use servobee::report::{
     CutShort, Document, ErrorPair, Improvements, InputFile, ParameterReport, Program,
     RemainingReport, SCHEMA, datasheet_page, not_identifiable, now,
 };
-use servobee::search::datasheet::{Case, FULL_SCALE, Sheet};
+use servobee::search::datasheet::{Case, DROP, FULL_SCALE, Measured, Sheet};
 use servobee::search::{Fit, Neighbourhood, Plan, Settings, Start, fit_all};
 use servobee::{Error, Result};
 use std::collections::BTreeMap;
@@ -34,21 +34,29 @@ Examples:
   servobee datasheet --case d675
   servobee datasheet --flow my_flow.csv --response my_response.csv --out my_valve
 
-A flow curve has the columns \"opening [%], flow [L/min]\" and perhaps \"weight\"; a response \"frequency [Hz],
-amplitude [%], phase [deg]\" and perhaps \"weight\"; a step \"time [s], spool [V]\" and perhaps \"command [V]\".")]
+A flow curve has the columns \"opening [%], flow [L/min]\", of one side or, with signs, of both; a response \"frequency
+[Hz]\", \"phase [deg]\" or \"gain [dB]\" or both, and \"amplitude [%]\", in any order; a step \"time [s], spool [V]\" and
+perhaps \"command [V]\", otherwise the command steps to full scale at 0 s. Points of flow and response may have a
+\"weight\". Gains are relative to that of a slow command, and 1 dB counts as 6.6 deg of phase.")]
 pub(super) struct Arguments {
     /// A published valve
     #[arg(long, value_enum, conflicts_with_all = ["flow", "response", "step"])]
     case: Option<CaseName>,
-    /// Flow over opening, a CSV file
+    /// Flow over opening, from 0 or on both sides, a CSV file
     #[arg(long, value_name = "FILE")]
     flow: Option<PathBuf>,
-    /// Phase over frequency and amplitude, a CSV file
+    /// Phase, gain or both over frequency and amplitude, a CSV file
     #[arg(long, value_name = "FILE")]
     response: Option<PathBuf>,
-    /// A step from rest, a CSV file
+    /// A step from rest at 0 s, a CSV file
     #[arg(long, value_name = "FILE")]
     step: Option<PathBuf>,
+    /// Pressure drop of the flow curve from P to T, bar
+    #[arg(long, value_name = "BAR", default_value_t = DROP, value_parser = drop, requires = "flow")]
+    drop: f64,
+    /// Amplitude of the response, % of full scale, where its file has none
+    #[arg(long, value_name = "PERCENT", value_parser = amplitude, requires = "response")]
+    amplitude: Option<f64>,
     /// Sines of the frequency response: as in the paper (four periods, one of which settles), or settled
     #[arg(long, value_enum, default_value_t = StreamName::Paper)]
     stream: StreamName,
@@ -176,7 +184,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         if let Some(cut) = &report.cut_short {
             colour::answer(cut.sentence());
         }
-        card::print(&report.card);
+        card::print(&report);
     }
     arguments
         .options
@@ -201,7 +209,7 @@ fn files(fitted: &[(Sheet, Vec<(&'static str, Fit)>)], report: &Document) -> Vec
         let (_, best) = results.last().expect("every sheet is fitted");
         let prefix = match fitted.len() {
             1 => String::new(),
-            _ => format!("{}_", sheet.quantity.0),
+            _ => format!("{}_", sheet.measured[0].name),
         };
         files.push((
             format!("{prefix}model.toml"),
@@ -228,10 +236,22 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
             ));
         }
         warnings.extend(curve.warnings.clone());
-        sheets.push(Sheet::flow(&curve));
+        sheets.push(Sheet::flow(&curve, arguments.drop));
     }
     if let Some(path) = &arguments.response {
-        let curve = ResponseCurve::read(path)?;
+        let mut curve = ResponseCurve::read(path)?;
+        if let Some(amplitude) = arguments.amplitude {
+            if curve.points[0].amplitude.is_some() {
+                return Err(Error::input(
+                    path.display(),
+                    format!("has amplitudes, and --amplitude says {amplitude} %"),
+                    "leave out --amplitude, or delete the column",
+                ));
+            }
+            for point in &mut curve.points {
+                point.amplitude = Some(amplitude);
+            }
+        }
         warnings.extend(curve.warnings.clone());
         sheets.push(Sheet::response(&curve, full_scale, stream));
     }
@@ -247,6 +267,20 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
         return Case::from(arguments.case.unwrap_or(CaseName::D675)).sheets(full_scale, stream);
     }
     Ok(sheets)
+}
+
+fn drop(text: &str) -> std::result::Result<f64, String> {
+    match text.parse() {
+        Ok(drop) if (1.0..=400.0).contains(&drop) => Ok(drop),
+        _ => Err("a number from 1 to 400".into()),
+    }
+}
+
+fn amplitude(text: &str) -> std::result::Result<f64, String> {
+    match text.parse() {
+        Ok(amplitude) if amplitude > 0.0 && amplitude <= 100.0 => Ok(amplitude),
+        _ => Err("a number above 0, at most 100".into()),
+    }
 }
 
 /// The paper's settings from both starts, and a large search with polish, which is the result.
@@ -300,31 +334,31 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
     for note in &sheet.notes {
         tell!("  {note}");
     }
-    let unit = &sheet.quantity.1;
     let mut rows = Vec::new();
     for (name, fit) in results {
         let cost = |cost: Option<f64>| cost.map_or("diverged".into(), number);
-        let errors = errors(sheet, fit.values());
-        let worst = errors
-            .iter()
-            .fold(0.0f64, |worst, error| worst.max(error.abs()));
-        rows.push(vec![
+        let mut row = vec![
             (*name).to_owned(),
             cost(fit.cost_at_start),
             cost(fit.cost()),
-            number(rms(&errors)),
-            number(worst),
-            fit.evaluations.to_string(),
-        ]);
+        ];
+        for errors in sheet.errors(fit.values()) {
+            let known = errors.iter().flatten();
+            let worst = known.fold(0.0f64, |worst, error| worst.max(error.abs()));
+            row.extend([number(rms(&errors)), number(worst)]);
+        }
+        row.push(fit.evaluations.to_string());
+        rows.push(row);
     }
-    let head = [
-        "search",
-        "cost before",
-        "cost after",
-        &format!("RMS [{unit}]"),
-        &format!("worst [{unit}]"),
-        "evaluations",
+    let mut head = vec![
+        "search".to_owned(),
+        "cost before".into(),
+        "cost after".into(),
     ];
+    for Measured { unit, .. } in &sheet.measured {
+        head.extend([format!("RMS [{unit}]"), format!("worst [{unit}]")]);
+    }
+    head.push("evaluations".into());
     tell!("{}", table(&head, rows));
 
     let best = results
@@ -359,33 +393,44 @@ fn print(sheet: &Sheet, results: &[(&str, Fit)]) {
     }
 
     let simulated = sheet.simulated(&sheet.problem, best.values());
-    let mut rows = Vec::new();
-    for ((point, measured), simulated) in sheet.points.iter().zip(sheet.measured()).zip(simulated) {
-        let mut row: Vec<String> = point.iter().map(|&value| number(value)).collect();
-        row.extend([
-            number(measured),
-            number(simulated),
-            number(measured - simulated),
-        ]);
-        rows.push(row);
-    }
+    let mut rows: Vec<Vec<String>> = sheet
+        .points
+        .iter()
+        .map(|point| point.iter().map(|&value| number(value)).collect())
+        .collect();
     let mut head: Vec<String> = sheet.axes.clone();
-    let quantity = sheet.quantity.0;
-    head.extend([
-        format!("{quantity} [{unit}]"),
-        "fitted".into(),
-        "error".into(),
-    ]);
+    for (measured, simulated) in sheet.measured.iter().zip(simulated) {
+        head.extend([
+            format!("{} [{}]", measured.name, measured.unit),
+            "fitted".into(),
+            "error".into(),
+        ]);
+        for ((row, measured), simulated) in rows.iter_mut().zip(&measured.values).zip(simulated) {
+            let shown = |value: Option<f64>| value.map_or("-".into(), number);
+            row.extend([
+                shown(*measured),
+                number(simulated),
+                shown(measured.map(|measured| measured - simulated)),
+            ]);
+        }
+    }
     tell!("{}", table(&head, rows));
-    let change = number(integration_error(sheet, best));
-    tell!("Halving the integration steps changes the {quantity} by at most {change} {unit}.");
+    for (measured, change) in sheet.measured.iter().zip(integration_errors(sheet, best)) {
+        let Measured { name, unit, .. } = measured;
+        tell!(
+            "Halving the integration steps changes the {name} by at most {} {unit}.",
+            number(change)
+        );
+    }
     if sheet.axes.len() == 2 {
-        print_by_amplitude(sheet, &errors(sheet, best.values()));
+        for (measured, errors) in sheet.measured.iter().zip(sheet.errors(best.values())) {
+            print_by_amplitude(sheet, measured, &errors);
+        }
     }
 }
 
-/// What a response's fit leaves at each amplitude, and where along the frequency.
-fn print_by_amplitude(sheet: &Sheet, errors: &[f64]) {
+/// What a response's fit leaves of a quantity at each amplitude, and where along the frequency.
+fn print_by_amplitude(sheet: &Sheet, measured: &Measured, errors: &[Option<f64>]) {
     let mut amplitudes: Vec<f64> = sheet.points.iter().map(|point| point[0]).collect();
     amplitudes.sort_by(f64::total_cmp);
     amplitudes.dedup();
@@ -395,7 +440,7 @@ fn print_by_amplitude(sheet: &Sheet, errors: &[f64]) {
             .iter()
             .zip(errors)
             .filter(|(point, _)| point[0] == amplitude)
-            .map(|(point, &error)| (point[1], error))
+            .filter_map(|(point, &error)| Some((point[1], error?)))
             .collect();
         let extreme = |sign: f64| {
             own.iter()
@@ -404,7 +449,7 @@ fn print_by_amplitude(sheet: &Sheet, errors: &[f64]) {
         let (Some(low), Some(high)) = (extreme(-1.0), extreme(1.0)) else {
             continue;
         };
-        let all: Vec<f64> = own.iter().map(|pair| pair.1).collect();
+        let all: Vec<Option<f64>> = own.iter().map(|pair| Some(pair.1)).collect();
         tell!(
             "Left at {} %: {} {unit} RMS, between {} {unit} at {} Hz and {} {unit} at {} Hz",
             number(amplitude),
@@ -413,23 +458,14 @@ fn print_by_amplitude(sheet: &Sheet, errors: &[f64]) {
             number(low.0),
             number(high.1),
             number(high.0),
-            unit = sheet.quantity.1,
+            unit = measured.unit,
         );
     }
 }
 
-fn errors(sheet: &Sheet, free: &[f64]) -> Vec<f64> {
-    let simulated = sheet.simulated(&sheet.problem, free);
-    sheet
-        .measured()
-        .iter()
-        .zip(simulated)
-        .map(|(measured, simulated)| measured - simulated)
-        .collect()
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+fn rms(errors: &[Option<f64>]) -> f64 {
+    let known: Vec<f64> = errors.iter().flatten().copied().collect();
+    (known.iter().map(|value| value * value).sum::<f64>() / known.len() as f64).sqrt()
 }
 
 fn document(
@@ -442,11 +478,17 @@ fn document(
 ) -> Document {
     let problem: &Problem = &sheet.problem;
     let simulated = sheet.simulated(problem, fit.values());
-    let measured = sheet.measured();
-    let score = Score::new(measured.iter().copied().zip(simulated.iter().copied()));
-    let name = sheet.quantity.0.to_owned();
+    let score = |(measured, simulated): (&Measured, &Vec<f64>)| {
+        let pairs = measured.values.iter().zip(simulated);
+        let known = pairs.filter_map(|(measured, &simulated)| Some(((*measured)?, simulated)));
+        (measured.name.to_owned(), Score::new(known))
+    };
+    let names = sheet
+        .measured
+        .iter()
+        .map(|measured| measured.name.to_owned());
     let sides = Sides {
-        fit: BTreeMap::from([(name.clone(), score)]),
+        fit: sheet.measured.iter().zip(&simulated).map(score).collect(),
         hold_out: BTreeMap::new(),
     };
     Document {
@@ -469,7 +511,7 @@ fn document(
         not_identifiable: not_identifiable(fit),
         card: Card::of(problem, fit).figures,
         remaining: RemainingReport::default(),
-        integration_error: BTreeMap::from([(name, integration_error(sheet, fit))]),
+        integration_error: names.zip(integration_errors(sheet, fit)).collect(),
         evaluator: chosen.evaluator.describe(),
         evaluator_reason: chosen.why.clone(),
         seed,
@@ -485,14 +527,15 @@ fn document(
     }
 }
 
-/// The largest change at any point when the integration steps are halved.
-fn integration_error(sheet: &Sheet, fit: &Fit) -> f64 {
+/// The largest change of each quantity at any point when the integration steps are halved.
+fn integration_errors(sheet: &Sheet, fit: &Fit) -> Vec<f64> {
     let simulated = sheet.simulated(&sheet.problem, fit.values());
     let finer = sheet.simulated(&sheet.problem.refined(2), fit.values());
-    simulated
-        .iter()
-        .zip(&finer)
-        .fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
+    let change = |(coarse, fine): (&Vec<f64>, &Vec<f64>)| {
+        let pairs = coarse.iter().zip(fine);
+        pairs.fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
+    };
+    simulated.iter().zip(&finer).map(change).collect()
 }
 
 fn model_toml(problem: &Problem, fit: &Fit) -> String {
@@ -501,19 +544,23 @@ fn model_toml(problem: &Problem, fit: &Fit) -> String {
 }
 
 fn points_csv(sheet: &Sheet, fit: &Fit) -> String {
-    let (name, unit) = &sheet.quantity;
-    let mut text = format!(
-        "{},{name} [{unit}],fitted {name} [{unit}]\n",
-        sheet.axes.join(",")
-    );
+    let mut lines = vec![sheet.axes.clone()];
+    let cells = |point: &Vec<f64>| point.iter().map(ToString::to_string).collect();
+    lines.extend(sheet.points.iter().map(cells));
     let simulated = sheet.simulated(&sheet.problem, fit.values());
-    for ((point, measured), simulated) in sheet.points.iter().zip(sheet.measured()).zip(simulated) {
-        for value in point {
-            text += &format!("{value},");
+    for (measured, simulated) in sheet.measured.iter().zip(simulated) {
+        let Measured { name, unit, values } = measured;
+        lines[0].extend([
+            format!("{name} [{unit}]"),
+            format!("fitted {name} [{unit}]"),
+        ]);
+        for ((line, measured), simulated) in lines[1..].iter_mut().zip(values).zip(simulated) {
+            let measured = measured.map_or(String::new(), |measured| measured.to_string());
+            line.extend([measured, simulated.to_string()]);
         }
-        text += &format!("{measured},{simulated}\n");
     }
-    text
+    let line = |cells: &Vec<String>| cells.join(",") + "\n";
+    lines.iter().map(line).collect()
 }
 
 fn capitalised(text: &str) -> String {

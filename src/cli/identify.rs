@@ -12,7 +12,7 @@ use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Mapping, Record, check_mappings};
 use servobee::report::{
     Call, ConsideredEffect, Document, FreeFormReport, ImprovementReport, InputFile, Knot,
-    ModelFile, ParameterReport, not_diagnosed, page, unexplained,
+    ModelFile, ParameterReport, explain, not_diagnosed, page, unexplained,
 };
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -249,12 +249,17 @@ fn print(identified: &Identified, document: &Document) {
         structure.command_unit,
     );
     if let Some(hold) = &document.hold {
-        tell!("{}\n", hold.sentence());
+        tell!("{}", hold.sentence());
     }
+    tell!("{}", explain::HELD_OUT);
+    tell!(
+        "{}\n",
+        explain::base_model(&identified.before.problem.structure)
+    );
     print_effects(identified, document);
     print_errors(identified);
     print_parameters(document);
-    card::print(&document.card);
+    card::print(document);
     print_rest(identified, document);
 }
 
@@ -445,6 +450,7 @@ fn print_rest(identified: &Identified, document: &Document) {
             "held-out error",
             "decision",
         ];
+        tell!("{}", explain::PROMISE);
         tell!("{}", table(&head, rows.collect::<Vec<_>>()));
         let others = document.considered.len() - first.len();
         tell!("({others} more were screened and not refitted; report.json has them all)\n");
@@ -459,7 +465,7 @@ fn print_rest(identified: &Identified, document: &Document) {
             "What is left is far above the noise floor, but follows nothing that this record shows."
         ),
         (false, _) => {
-            tell!("What is left in the residual depends on nothing that this record shows.")
+            tell!("Only noise is left.")
         }
     }
     for (channel, change) in &identified.after.integration_error {

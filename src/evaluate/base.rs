@@ -156,15 +156,21 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
             _ => {}
         }
     }
-    if let Some(AreaLaw::Table(openings)) = structure.valve.as_ref().map(|valve| &valve.area)
+    let law = structure.valve.as_ref().map(|valve| &valve.area);
+    if let Some(AreaLaw::Table(openings) | AreaLaw::Signed(openings)) = law
         && area.is_normal()
     {
         let areas = parameters
             .iter_mut()
             .filter(|p| p.name.starts_with("area_"));
+        let least = if matches!(law, Some(AreaLaw::Signed(_))) {
+            -1.0
+        } else {
+            0.0
+        };
         for (parameter, opening) in areas.zip(openings) {
-            parameter.high = 3.0 * area;
-            parameter.start = area * (opening / 100.0).clamp(0.0, 1.0);
+            (parameter.low, parameter.high) = (least * 3.0 * area, 3.0 * area);
+            parameter.start = area * (opening / 100.0).clamp(least, 1.0);
         }
     }
     parameters

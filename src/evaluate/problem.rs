@@ -79,9 +79,11 @@ pub struct Tone {
     pub frequency: f64,
     /// Amplitude, in the unit of the command.
     pub amplitude: f64,
-    /// Measured phase, degrees.
-    pub phase: f64,
-    /// Weight of its squared error.
+    /// Measured phase, degrees, where it is known.
+    pub phase: Option<f64>,
+    /// Measured gain, dB: the response's amplitude over the command's, where it is known.
+    pub gain: Option<f64>,
+    /// Weight of its squared errors.
     pub weight: f64,
     /// Periods before the correlation begins.
     pub settle: u32,
@@ -90,6 +92,10 @@ pub struct Tone {
     /// Integration steps between two of the samples that are correlated.
     pub substeps: u32,
 }
+
+/// Degrees of phase that an error of 1 dB counts as: both move the response by the same way in the complex plane,
+/// (180 / π) · ln 10 / 20, rounded.
+pub const DEGREES_PER_DECIBEL: f64 = 6.6;
 
 /// How long the sines last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,7 +117,7 @@ const SIZES: (f64, f64) = (1e-18, 1e18);
 const SETTLE: (f64, u32) = (1.0, 6);
 
 impl Tone {
-    /// A tone of `stream`, with as many steps as a rate of `rate` (1/s) asks for, `refine` times finer.
+    /// A tone of `stream` whose phase was measured, with as many steps as a rate of `rate` (1/s) asks for, `refine` times finer.
     pub fn new(
         frequency: f64,
         amplitude: f64,
@@ -131,7 +137,8 @@ impl Tone {
         Self {
             frequency,
             amplitude,
-            phase,
+            phase: Some(phase),
+            gain: None,
             weight,
             settle,
             measure,
@@ -145,7 +152,7 @@ impl Tone {
 pub enum Data {
     /// Records in time.
     Series(Vec<Series>),
-    /// Phases of a sine stream.
+    /// Phases and gains of a sine stream.
     Tones(Vec<Tone>),
 }
 
@@ -343,22 +350,30 @@ impl Problem {
     }
 
     /// The cost of a candidate whose (in-phase, quadrature) responses to the tones are `responses`: paper eq. 8,
-    /// with phases in degrees.
+    /// with phases in degrees, and gains in dB of which each counts as [`DEGREES_PER_DECIBEL`].
     pub fn cost_of_responses(
         &self,
         tones: &[Tone],
         responses: impl IntoIterator<Item = [f64; 2]>,
     ) -> f64 {
-        let square =
-            |(tone, [re, im]): (&Tone, [f64; 2])| tone.weight * tone.error(im.atan2(re)).powi(2);
+        let square = |(tone, [re, im]): (&Tone, [f64; 2])| {
+            let phase = tone.phase_error(im.atan2(re)).unwrap_or(0.0);
+            let gain = tone.gain_error(re.hypot(im)).unwrap_or(0.0);
+            tone.weight * (phase.powi(2) + (DEGREES_PER_DECIBEL * gain).powi(2))
+        };
         tones.iter().zip(responses).map(square).sum()
     }
 }
 
 impl Tone {
     /// Measured minus simulated phase in degrees, between −180 and 180, for a simulated phase in radians.
-    pub fn error(&self, phase: f64) -> f64 {
-        let error = self.phase - phase.to_degrees();
-        error - 360.0 * (error / 360.0).round()
+    pub fn phase_error(&self, phase: f64) -> Option<f64> {
+        let error = self.phase? - phase.to_degrees();
+        Some(error - 360.0 * (error / 360.0).round())
+    }
+
+    /// Measured minus simulated gain in dB, for a simulated ratio of amplitudes.
+    pub fn gain_error(&self, ratio: f64) -> Option<f64> {
+        Some(self.gain? - 20.0 * ratio.log10())
     }
 }

@@ -1,10 +1,11 @@
 //! One candidate in f64: trajectories, phases, costs, and their exact sensitivities.
 
 use super::STATE_LIMIT;
-use super::problem::{Data, Problem, Series, Tone, Wave};
+use super::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
 use super::simulate::{Row, Squares, outputs, response, series, with_states};
 use crate::model::real::{Dual, PASS};
 use crate::model::{Plant, Real, Structure, Valued};
+use std::f64::consts::LN_10;
 
 /// The outputs of every row of every record, in the order of [`crate::model::Output::ALL`], for values of all parameters.
 pub fn trajectories(
@@ -218,10 +219,19 @@ fn pass_on_tones(
             finished &= !wild(state);
             !finished
         });
-        let phase = im.atan2(re);
         let factor = tone.weight.sqrt();
-        let gradient = phase.gradient.map(|slope| -slope.to_degrees() * factor);
-        row(tone.error(phase.value) * factor, &gradient);
+        let phase = im.atan2(re);
+        if let Some(error) = tone.phase_error(phase.value) {
+            let gradient = phase.gradient.map(|slope| -slope.to_degrees() * factor);
+            row(error * factor, &gradient);
+        }
+        if let Some(error) = tone.gain_error(re.value.hypot(im.value)) {
+            let factor = DEGREES_PER_DECIBEL * factor;
+            let square = re * re + im * im;
+            let decibels = 10.0 / (LN_10 * square.value);
+            let gradient = square.gradient.map(|slope| -slope * decibels * factor);
+            row(error * factor, &gradient);
+        }
     }
     finished
 }

@@ -137,6 +137,8 @@ fn valve(model: &Model, form: &ValveForm) -> String {
                 "Nearest extrapolation: the end value holds",
             );
         }
+        // One table for all orifices cannot say what differs between the sides.
+        AreaLaw::Signed(_) => {}
     }
     put(
         "C_d",
@@ -244,6 +246,21 @@ fn missing(model: &Model) -> String {
             form.signal_unit(&structure.command_unit),
             form.knots,
             values.join(", ")
+        ));
+    }
+    if let Some(AreaLaw::Signed(openings)) = structure.valve.as_ref().map(|form| &form.area) {
+        let areas: Vec<f64> = (1..=openings.len())
+            .map(|i| value(model, &format!("area_{i}")))
+            .collect();
+        let side = |sign: f64| -> Vec<f64> {
+            let open = areas.iter().map(|area| (sign * area).max(0.0));
+            open.collect()
+        };
+        list.push(format!(
+            "areas that differ between the sides (use an orifice block with a table for each path)\n%   openings [%] = \
+             {openings:?}\n%   P-A and B-T [cm2] = {:?}\n%   P-B and A-T [cm2] = {:?}",
+            side(1.0),
+            side(-1.0)
         ));
     }
     if let Some(Orifices::Six) = structure.valve.as_ref().map(|form| form.orifices) {

@@ -18,6 +18,9 @@ pub enum AreaLaw {
     /// Linear interpolation between an area at each of these openings (% of full scale, strictly rising, at least
     /// four); beyond the ends the end value holds.
     Table(Vec<f64>),
+    /// Linear interpolation between a signed area at each of these openings, which are below zero on one side: above zero it
+    /// is that of P-A and B-T, below zero that of P-B and A-T. What is measured on both sides need not be the same on both.
+    Signed(Vec<f64>),
 }
 
 /// How many orifices the valve has.
@@ -95,6 +98,14 @@ impl ValveForm {
         }
     }
 
+    /// The same with a table of signed areas over `openings` in %.
+    pub fn signed(openings: &[f64]) -> Self {
+        Self {
+            area: AreaLaw::Signed(openings.to_vec()),
+            ..Self::linear()
+        }
+    }
+
     /// The parameters in the order in which [`Valve::new`] takes them. Only Cd·A/√ρ can be told from flow, so the
     /// discharge coefficient and the fluid are fixed and the areas are free.
     pub fn parameters(&self) -> Vec<Parameter> {
@@ -114,6 +125,12 @@ impl ValveForm {
                 (1..=openings.len())
                     .map(|i| Parameter::linear(&format!("area_{i}"), "cm2", 0.0, 1.0, 100.0)),
             ),
+            AreaLaw::Signed(openings) => {
+                list.extend(openings.iter().enumerate().map(|(i, opening)| {
+                    let start = (opening / 100.0).clamp(-1.0, 1.0);
+                    Parameter::linear(&format!("area_{}", i + 1), "cm2", -100.0, start, 100.0)
+                }));
+            }
         }
         list
     }
@@ -170,6 +187,7 @@ enum Areas<R> {
     Table {
         first: R,
         segments: Vec<(R, f64, f64)>,
+        signed: bool,
     },
 }
 
@@ -206,7 +224,7 @@ impl<R: Real> Valve<R> {
             AreaLaw::Linear => Areas::Linear {
                 max: (next() * square_metres).named("max_area"),
             },
-            AreaLaw::Table(openings) => {
+            AreaLaw::Table(openings) | AreaLaw::Signed(openings) => {
                 let first = (next() * square_metres).named("first_area");
                 let mut previous = first;
                 let segments = openings
@@ -221,7 +239,11 @@ impl<R: Real> Valve<R> {
                         (slope, pair[0], width)
                     })
                     .collect();
-                Areas::Table { first, segments }
+                Areas::Table {
+                    first,
+                    segments,
+                    signed: matches!(form.area, AreaLaw::Signed(_)),
+                }
             }
         };
         Self {
@@ -239,12 +261,29 @@ impl<R: Real> Valve<R> {
     /// The area in m² of an orifice that is open by `opening` %.
     #[inline(always)]
     pub fn area(&self, opening: R) -> R {
+        self.curve(opening).max(self.leakage)
+    }
+
+    /// The same of an orifice that opens with −x, where the spool is at −`opening` % with the offset of its edge.
+    #[inline(always)]
+    fn opposite_area(&self, opening: R) -> R {
+        match &self.areas {
+            Areas::Table { signed: true, .. } => (-self.curve(-opening)).max(self.leakage),
+            _ => self.area(opening),
+        }
+    }
+
+    /// Area over opening, without the leakage that is left where it is closed.
+    #[inline(always)]
+    fn curve(&self, opening: R) -> R {
         let zero = R::constant(0.0);
-        let area = match &self.areas {
+        match &self.areas {
             Areas::Linear { max } => {
                 *max * (opening * R::constant(0.01)).clamp(zero, R::constant(1.0))
             }
-            Areas::Table { first, segments } => {
+            Areas::Table {
+                first, segments, ..
+            } => {
                 let mut area = *first;
                 for &(slope, start, width) in segments {
                     area = area
@@ -252,8 +291,7 @@ impl<R: Real> Valve<R> {
                 }
                 area
             }
-        };
-        area.max(self.leakage)
+        }
     }
 
     /// The flows for spool position `x` in % of full scale: P-A and B-T open with x, P-B and A-T with −x (eq. 3).
@@ -264,7 +302,7 @@ impl<R: Real> Valve<R> {
         let (p, t) = (pressures.supply * pascal, pressures.tank * pascal);
         let (a, b) = (pressures.a * pascal, pressures.b * pascal);
         let forward = self.area(self.offset + x).named("forward_area");
-        let backward = self.area(self.offset - x).named("backward_area");
+        let backward = self.opposite_area(self.offset - x).named("backward_area");
         let orifice = &self.orifice;
         OrificeFlows {
             pa: orifice.flow(forward, p, a) * litres,
@@ -407,6 +445,48 @@ mod tests {
         }
         assert_eq!(valve.area(0.0), 1e-8 * 1e-4);
         assert_eq!(valve.area(-30.0), 1e-8 * 1e-4);
+    }
+
+    #[test]
+    fn a_signed_table_opens_one_side_where_it_is_positive_and_the_other_where_it_is_negative() {
+        let form = ValveForm::signed(&[-100.0, -10.0, 20.0, 100.0]);
+        let areas = [
+            ("area_1", -3.0),
+            ("area_2", -1.0),
+            ("area_3", 0.5),
+            ("area_4", 4.0),
+        ];
+        let signed = valve(&form, &areas);
+        for (x, area) in [
+            (-140.0, -3.0),
+            (-100.0, -3.0),
+            (-55.0, -2.0),
+            (-10.0, -1.0),
+            (0.0, -0.5),
+            (10.0, 0.0),
+            (20.0, 0.5),
+            (60.0, 2.25),
+            (100.0, 4.0),
+        ] {
+            let one = valve(&ValveForm::linear(), &[("max_area", 1.0)]).flow(100.0, &RATED);
+            let flow = signed.flow(x, &RATED);
+            assert!((flow - area * one).abs() < 1e-6 * one, "{x}: {flow}");
+        }
+        // The offset opens both sides, as it does where they are alike.
+        let [closed, open] = [-5.0, 5.0].map(|offset| {
+            let change = [&areas[..], &[("opening_offset", offset)]].concat();
+            let flows = valve(&form, &change).orifice_flows(
+                10.0,
+                &Pressures {
+                    supply: 10.0,
+                    tank: 0.0,
+                    a: 5.0,
+                    b: 5.0,
+                },
+            );
+            flows.pa.min(flows.pb)
+        });
+        assert!(closed < 1e-5 && open > 1e-2, "{closed} {open}");
     }
 
     #[test]

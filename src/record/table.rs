@@ -162,6 +162,15 @@ impl Table {
         Ok(values)
     }
 
+    /// The error that the cell of `row` in column `index` is empty.
+    pub(super) fn empty(&self, row: usize, index: usize) -> Error {
+        Error::input(
+            self.place(row, index),
+            "the cell is empty",
+            "fill in the value or delete its row",
+        )
+    }
+
     fn not_a_number(&self, row: usize, index: usize, text: &str) -> Error {
         let remedy = match &self.format {
             Format::Csv(Dialect { decimal: ',', .. }) => {
@@ -186,15 +195,8 @@ impl Table {
     /// # Errors
     /// A cell that is empty or no finite number.
     pub(super) fn values(&self, index: usize, unit: &Unit) -> Result<Vec<f64>> {
-        let present = |(row, value): (usize, Option<f64>)| {
-            value.ok_or_else(|| {
-                Error::input(
-                    self.place(row, index),
-                    "the cell is empty",
-                    "fill in the value or delete its row",
-                )
-            })
-        };
+        let present =
+            |(row, value): (usize, Option<f64>)| value.ok_or_else(|| self.empty(row, index));
         self.sparse_values(index, unit)?
             .into_iter()
             .enumerate()

@@ -194,6 +194,11 @@ impl Quantity {
         own.iter().chain(more)
     }
 
+    /// Whether it has a unit spelt `text`.
+    pub(super) fn is_in(self, text: &str) -> bool {
+        self.units().any(|unit| unit.is_spelt(text))
+    }
+
     /// The unit to name in an example: the one that is kept, V for a signal.
     pub(super) fn usual(self) -> &'static Unit {
         match self {

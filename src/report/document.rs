@@ -471,7 +471,7 @@ impl Document {
                 .collect(),
             not_identifiable: not_identifiable(&after.fit),
             parameters,
-            card: card.figures.clone(),
+            card: figures(card, identified.verdict),
             remaining,
             integration_error: integration_error.clone(),
             evaluator: chosen.evaluator.describe(),
@@ -503,7 +503,7 @@ impl Document {
         self.parameters.extend(other.parameters);
         self.not_identifiable.extend(other.not_identifiable);
         for (own, other) in self.card.iter_mut().zip(other.card) {
-            if own.value.is_none() {
+            if own.value.is_none() && other.value.is_some() {
                 *own = other;
             }
         }
@@ -524,6 +524,15 @@ impl Document {
         let mut text = serde_json::to_string_pretty(self).expect("the document is plain data");
         text.push('\n');
         text
+    }
+}
+
+/// The figures of the card: of a model that does not explain its record, without intervals.
+fn figures(card: &Card, verdict: Verdict) -> Vec<Figure> {
+    let figures = card.figures.iter().cloned();
+    match verdict {
+        Verdict::Unexplained => figures.map(Figure::without_interval).collect(),
+        _ => figures.collect(),
     }
 }
 

@@ -1,6 +1,8 @@
 //! What a run tells and leaves behind: `report.json`, `report.html`, model files, and how files are written.
 
 mod document;
+#[doc(hidden)]
+pub mod explain;
 mod html;
 mod model_file;
 mod no_name;

@@ -1,14 +1,18 @@
 //! The problems that a datasheet poses: a flow curve, a frequency response, a step.
 
 use crate::Result;
-use crate::evaluate::problem::{Data, Problem, Sample, Series, Stream, Tone};
+use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Sample, Series, Stream, Tone};
 use crate::evaluate::reference;
 use crate::model::valve::{Meter, ValveForm};
 use crate::model::{Initial, Output, Parameter, Structure};
-use crate::record::{FlowCurve, ResponseCurve, StepCurve, cases};
+use crate::record::{FlowCurve, ResponseCurve, ResponsePoint, StepCurve, cases};
 
 /// Full scale of the command where a datasheet speaks in per cent: that of the paper's method, 10 V.
 pub const FULL_SCALE: f64 = 10.0;
+/// Pressure drop of a flow curve from P to T, bar, where nobody says another: that of the published valves.
+pub const DROP: f64 = 10.0;
+/// Amplitude, % of full scale, of a response whose own is not known: no spool's error of that size is limited.
+const SMALL: f64 = 0.1;
 /// How much finer than a fit's the steps are with which the published response is computed.
 const REFINED: u32 = 4;
 /// Frequencies (Hz) of the D675's response: its published curve is not in the text, so K, T and S stand for it.
@@ -25,8 +29,8 @@ pub struct Sheet {
     pub problem: Problem,
     /// Published values of all parameters, where there are any.
     pub published: Vec<Option<f64>>,
-    /// What is compared: `flow`, `phase` or `spool`, and its unit.
-    pub quantity: (&'static str, String),
+    /// What is compared at the points: one quantity, or phase and gain.
+    pub measured: Vec<Measured>,
     /// What the points are called, such as `opening [%]`.
     pub axes: Vec<String>,
     /// Where each point lies on the axes.
@@ -35,14 +39,36 @@ pub struct Sheet {
     pub notes: Vec<String>,
 }
 
+/// What a curve of a datasheet shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// `flow`, `phase`, `gain` or `spool`.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: String,
+    /// Its value at each point, where the datasheet has it.
+    pub values: Vec<Option<f64>>,
+}
+
 impl Sheet {
-    /// A flow curve: an area at each opening, at 5 bar a land. Openings are those of the curve, since between two
-    /// points it says nothing.
-    pub fn flow(curve: &FlowCurve) -> Self {
-        // In the pressure line: in the load loop, areas that are all too large by the same amount would cancel.
-        let form = ValveForm {
-            meter: Meter::Supply,
-            ..ValveForm::table(&curve.opening)
+    /// A flow curve at a pressure `drop` from P to T, bar, half of it at each land: an area at each opening. Openings are those
+    /// of the curve, since between two points it says nothing. Of a curve of both sides the areas have the flow's sign.
+    pub fn flow(curve: &FlowCurve, drop: f64) -> Self {
+        let last = curve.opening.len() - 1;
+        let both_sides = curve.opening[0] < 0.0;
+        let mut openings = curve.opening.clone();
+        // What lies below the first point is taken as straight from the closed valve.
+        let closed = openings[0] > 0.0;
+        if closed {
+            openings.insert(0, 0.0);
+        }
+        let form = match both_sides {
+            true => ValveForm::signed(&openings),
+            // In the pressure line: in the load loop, areas that are all too large by the same amount would cancel.
+            false => ValveForm {
+                meter: Meter::Supply,
+                ..ValveForm::table(&openings)
+            },
         };
         let structure = Structure::flow_bench(form);
         let rated = curve
@@ -50,23 +76,25 @@ impl Sheet {
             .iter()
             .fold(0.0f64, |most, flow| most.max(flow.abs()));
         let mut parameters = structure.parameters();
+        set(&mut parameters, "rated_drop", drop);
         // The area that passes the largest flow, with room above it.
         let unit = flow_of_unit_area(&structure, &parameters);
         let widest = rated / unit;
-        for parameter in parameters
+        // A valve that is connected the other way round falls.
+        let direction = if both_sides {
+            curve.flow[last].signum()
+        } else {
+            1.0
+        };
+        let areas = parameters
             .iter_mut()
-            .filter(|p| p.name.starts_with("area_"))
-        {
-            parameter.high = 2.0 * widest;
+            .filter(|p| p.name.starts_with("area_"));
+        for (i, (area, &opening)) in areas.zip(&openings).enumerate() {
+            area.low = if both_sides { -2.0 * widest } else { 0.0 };
+            area.high = 2.0 * widest;
+            area.fixed = closed && i == 0;
+            area.start = area.clamp(direction * widest * opening / 100.0);
         }
-        for (i, &opening) in curve.opening.iter().enumerate() {
-            set(
-                &mut parameters,
-                &format!("area_{}", i + 1),
-                widest * opening / 100.0,
-            );
-        }
-        let last = curve.opening.len() - 1;
         let samples = (0..=last)
             .map(|k| Sample {
                 input: [curve.opening[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -83,36 +111,78 @@ impl Sheet {
             samples,
         };
         series.set_steps(0.0, 1);
+        let mut notes = vec![
+            "Only Cd A / sqrt(density) follows from flow: discharge coefficient and density are fixed.".into(),
+            format!(
+                "The drop is taken as {} bar a land (--drop sets that from P to T), and the flow as measured in the {}.",
+                0.5 * drop,
+                if both_sides {
+                    "load loop, positive from A to B"
+                } else {
+                    "pressure line"
+                }
+            ),
+        ];
+        if closed {
+            notes.push(format!(
+                "The curve begins at {} %: below, the area is taken as straight from closed at 0 %.",
+                curve.opening[0]
+            ));
+        }
         Self {
             title: format!("flow of {}", curve.name),
             published: vec![None; parameters.len()],
             problem: Problem::new(structure, parameters, Data::Series(vec![series])),
-            quantity: ("flow", "L/min".into()),
+            measured: vec![Measured {
+                name: "flow",
+                unit: "L/min".into(),
+                values: curve.flow.iter().copied().map(Some).collect(),
+            }],
             axes: vec!["opening [%]".into()],
             points: curve.opening.iter().map(|&opening| vec![opening]).collect(),
-            notes: vec![
-                "Only Cd A / sqrt(density) follows from flow: discharge coefficient and density are fixed.".into(),
-                "The drop is taken as 5 bar a land, and the flow as measured in the pressure line.".into(),
-            ],
+            notes,
         }
     }
 
-    /// A frequency response: K, T and S, all points together whatever their amplitude.
+    /// A frequency response: K, T and S, all points together whatever their amplitude, phases and gains.
     pub fn response(curve: &ResponseCurve, full_scale: f64, stream: Stream) -> Self {
         let structure = Structure::actuator(full_scale, "V");
         let parameters = structure.parameters();
         let rate = structure.fastest_rate(&parameters);
-        let tone = |p: &crate::record::ResponsePoint| {
-            Tone::new(
-                p.frequency,
-                p.amplitude / 100.0 * full_scale,
-                p.phase,
-                p.weight,
-                stream,
-                rate,
-                1,
-            )
+        let amplitude = |p: &ResponsePoint| p.amplitude.unwrap_or(SMALL);
+        let tone = |p: &ResponsePoint| {
+            let amplitude = amplitude(p) / 100.0 * full_scale;
+            Tone {
+                phase: p.phase,
+                gain: p.gain,
+                ..Tone::new(p.frequency, amplitude, 0.0, p.weight, stream, rate, 1)
+            }
         };
+        let measured = [
+            ("phase", "deg", (|p| p.phase) as fn(&ResponsePoint) -> _),
+            ("gain", "dB", |p| p.gain),
+        ]
+        .map(|(name, unit, of)| Measured {
+            name,
+            unit: unit.into(),
+            values: curve.points.iter().map(of).collect(),
+        });
+        let known = |one: &Measured| one.values.iter().any(Option::is_some);
+        let mut notes = vec![format!(
+            "Full scale of the command is {full_scale} V (--full-scale changes it)."
+        )];
+        if known(&measured[1]) {
+            notes.push(format!(
+                "Gains are relative to that of a slow command, 0 dB. An error of 1 dB counts as one of \
+                 {DEGREES_PER_DECIBEL} deg of phase: both move the response as far in the complex plane."
+            ));
+        }
+        if curve.points.iter().any(|point| point.amplitude.is_none()) {
+            notes.push(format!(
+                "The curve has no amplitude: its sines are taken as so small, {SMALL} % of full scale, that nothing \
+                 saturates (--amplitude says how large they were)."
+            ));
+        }
         Self {
             title: format!("frequency response of {}", curve.name),
             published: vec![None; parameters.len()],
@@ -121,16 +191,14 @@ impl Sheet {
                 parameters,
                 Data::Tones(curve.points.iter().map(tone).collect()),
             ),
-            quantity: ("phase", "deg".into()),
+            measured: measured.into_iter().filter(known).collect(),
             axes: vec!["amplitude [%]".into(), "frequency [Hz]".into()],
             points: curve
                 .points
                 .iter()
-                .map(|p| vec![p.amplitude, p.frequency])
+                .map(|p| vec![amplitude(p), p.frequency])
                 .collect(),
-            notes: vec![format!(
-                "Full scale of the command is {full_scale} V (--full-scale changes it)."
-            )],
+            notes,
         }
     }
 
@@ -149,12 +217,23 @@ impl Sheet {
         let rate = structure.fastest_rate(&parameters);
         let mut series = Series::from_record(&record, &structure)?;
         series.set_steps(rate, 1);
+        let given = |time: &f64| curve.time.contains(time);
+        let mut values = Vec::new();
+        for (time, sample) in series.time.iter().zip(&mut series.samples) {
+            // The moment of the step, where the curve has no point, is not compared.
+            sample.weight = if given(time) { 1.0 } else { 0.0 };
+            values.push(given(time).then_some(sample.target[Output::Spool as usize]));
+        }
         Ok(Self {
             title: format!("step response of {}", curve.name),
             published: vec![None; parameters.len()],
-            quantity: ("spool", record.command().unit.clone()),
+            measured: vec![Measured {
+                name: "spool",
+                unit: record.command().unit.clone(),
+                values,
+            }],
             axes: vec!["time [s]".into()],
-            points: curve.time.iter().map(|&time| vec![time]).collect(),
+            points: series.time.iter().map(|&time| vec![time]).collect(),
             problem: Problem::new(structure, parameters, Data::Series(vec![series])),
             notes: vec![format!(
                 "The step starts from rest; full scale is {full_scale}."
@@ -162,46 +241,47 @@ impl Sheet {
         })
     }
 
-    /// The measured value at every point.
-    pub fn measured(&self) -> Vec<f64> {
-        match &*self.problem.data {
-            Data::Series(all) => all
-                .iter()
-                .flat_map(|s| &s.samples)
-                .map(|s| s.target[self.output()])
-                .collect(),
-            Data::Tones(tones) => tones.iter().map(|tone| tone.phase).collect(),
-        }
-    }
-
-    /// The simulated value at every point, for values of the free parameters.
-    pub fn simulated(&self, problem: &Problem, free: &[f64]) -> Vec<f64> {
+    /// What the model has at every point for each quantity that is measured, for values of the free parameters. `problem` is
+    /// the sheet's, or one with other integration steps.
+    pub fn simulated(&self, problem: &Problem, free: &[f64]) -> Vec<Vec<f64>> {
         let values = problem.complete(free, |fixed| fixed);
         match &*problem.data {
-            Data::Series(all) => reference::trajectories(&problem.structure, &values, all)
-                .concat()
-                .iter()
-                .map(|row| row[self.output()])
-                .collect(),
+            Data::Series(all) => {
+                let rows = reference::trajectories(&problem.structure, &values, all).concat();
+                let output = problem.structure.observed[0] as usize;
+                vec![rows.iter().map(|row| row[output]).collect()]
+            }
             Data::Tones(tones) => {
-                let near = |((phase, _), tone): ((f64, f64), &Tone)| {
-                    tone.phase - tone.error(phase.to_radians())
+                let responses = reference::responses(&problem.structure, &values, tones);
+                // As many turns as measured.
+                let phase = |(tone, (phase, _)): (&Tone, &(f64, f64))| match tone.phase {
+                    Some(measured) => {
+                        measured - tone.phase_error(phase.to_radians()).unwrap_or_default()
+                    }
+                    None => *phase,
                 };
-                reference::responses(&problem.structure, &values, tones)
-                    .into_iter()
-                    .zip(tones)
-                    .map(near)
-                    .collect()
+                let one = |measured: &Measured| match measured.name {
+                    "phase" => tones.iter().zip(&responses).map(phase).collect(),
+                    _ => responses
+                        .iter()
+                        .map(|(_, ratio)| 20.0 * ratio.log10())
+                        .collect(),
+                };
+                self.measured.iter().map(one).collect()
             }
         }
     }
 
-    fn output(&self) -> usize {
-        if self.quantity.0 == "flow" {
-            Output::Flow as usize
-        } else {
-            Output::Spool as usize
-        }
+    /// Measured less simulated, for each quantity at each point that has it.
+    pub fn errors(&self, free: &[f64]) -> Vec<Vec<Option<f64>>> {
+        let simulated = self.simulated(&self.problem, free);
+        let one = |(measured, simulated): (&Measured, Vec<f64>)| {
+            let pairs = measured.values.iter().zip(simulated);
+            pairs
+                .map(|(measured, simulated)| Some((*measured)? - simulated))
+                .collect()
+        };
+        self.measured.iter().zip(simulated).map(one).collect()
     }
 
     fn publish(&mut self, values: &[(&str, f64)]) {
@@ -218,7 +298,7 @@ impl Sheet {
     }
 }
 
-/// The flow (L/min) at full opening where the last area of the table is 1 cm² and the first is closed.
+/// The flow (L/min) at full opening where the last area of the table is 1 cm² and the others are closed.
 fn flow_of_unit_area(structure: &Structure, parameters: &[Parameter]) -> f64 {
     let areas = |p: &Parameter| p.name.starts_with("area_");
     let last = parameters.iter().rposition(areas);
@@ -290,7 +370,7 @@ impl Case {
 }
 
 fn d675_flow() -> Sheet {
-    let mut sheet = Sheet::flow(&cases::d675_flow());
+    let mut sheet = Sheet::flow(&cases::d675_flow(), DROP);
     let areas = cases::d675_areas().area;
     let names: Vec<String> = (1..=areas.len()).map(|i| format!("area_{i}")).collect();
     let published: Vec<(&str, f64)> = names
@@ -353,10 +433,10 @@ fn d675_response(full_scale: f64, stream: Stream) -> Sheet {
     let points = D675_FREQUENCIES
         .iter()
         .zip(phases)
-        .map(|(&frequency, (phase, _))| crate::record::ResponsePoint {
+        .map(|(&frequency, (phase, _))| ResponsePoint {
             frequency,
-            amplitude,
-            phase,
+            amplitude: Some(amplitude),
+            phase: Some(phase),
             gain: None,
             weight: 1.0,
         })
@@ -382,7 +462,7 @@ fn d675_response(full_scale: f64, stream: Stream) -> Sheet {
 }
 
 fn kbfdg5v() -> Sheet {
-    let mut sheet = Sheet::flow(&cases::kbfdg5v_flow());
+    let mut sheet = Sheet::flow(&cases::kbfdg5v_flow(), DROP);
     let names: Vec<String> = (1..=cases::KBFDG5V_AREA_START.len())
         .map(|i| format!("area_{i}"))
         .collect();

@@ -289,6 +289,8 @@ fn polished(
 
 /// Most parameters whose cost is followed, and most integration steps a candidate may take for that.
 const PROFILED: (usize, u64) = (4, 2_000_000);
+/// The same of steps, where a structure has no states.
+const STILL: u64 = 10_000;
 
 /// Where the curvature at the result says nothing of a parameter, because it sits on a bound or has no effect there, its
 /// interval comes from following the cost along it: a saturation that is never reached has a lower limit all the same.
@@ -298,7 +300,11 @@ fn profile_doubtful(
     polished: &Polished,
     uncertainty: &mut Uncertainty,
 ) {
-    if free.len() > PROFILED.0 || stoppable.problem.steps() > PROFILED.1 {
+    let problem = stoppable.problem;
+    let few = free.len() <= PROFILED.0 && problem.steps() <= PROFILED.1;
+    // Where nothing moves, a candidate costs next to nothing: the areas of a flow curve are many.
+    let still = problem.structure.states().is_empty() && problem.steps() <= STILL;
+    if !(few || still) {
         return;
     }
     let no_effect = |j: usize| {

@@ -7,7 +7,7 @@ pub(crate) mod effects;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best, describe};
-use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
+use servobee::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Sample, Series, Stream, Tone, Wave};
 use servobee::evaluate::simulate::{SLICE, response, series};
 use servobee::evaluate::{Population, Problem};
 use servobee::model::orifice::Transition;
@@ -235,8 +235,8 @@ pub(crate) fn problem(
     problem
 }
 
-/// A problem on tones of these frequencies and amplitudes.
-fn tones(stream: Stream, values: &[(&str, f64)]) -> Problem {
+/// A problem on tones whose measured phases are 3° off, and whose gains, if they are measured, 0.5 dB.
+fn tones(stream: Stream, gains: bool, values: &[(&str, f64)]) -> Problem {
     let structure = Structure::actuator(10.0, "V");
     let parameters = near_bounds(&structure, values);
     let rate = structure.fastest_rate(&parameters);
@@ -257,8 +257,14 @@ fn tones(stream: Stream, values: &[(&str, f64)]) -> Problem {
     let count = tones.len() as f64;
     for tone in &mut tones {
         let [re, im] = response(&plant, tone, &wave, |_| false);
-        tone.phase = im.atan2(re).to_degrees() - 3.0;
-        tone.weight = 1.0 / (9.0 * count);
+        tone.phase = Some(im.atan2(re).to_degrees() - 3.0);
+        tone.gain = gains.then(|| 20.0 * re.hypot(im).log10() - 0.5);
+        let gain = if gains {
+            DEGREES_PER_DECIBEL * 0.5
+        } else {
+            0.0
+        };
+        tone.weight = 1.0 / ((9.0 + gain * gain) * count);
     }
     Problem::new(structure, parameters, Data::Tones(tones))
 }
@@ -305,6 +311,18 @@ const TABLE: [(&str, f64); 8] = [
     ("area_4", 1.5),
     ("area_5", 1.8),
     ("area_6", 2.0),
+];
+
+const SIDES: [f64; 6] = [-100.0, -50.0, -10.0, 10.0, 60.0, 100.0];
+const SIGNED: [(&str, f64); 8] = [
+    ("opening_offset", 3.0),
+    ("leakage_area", 0.1),
+    ("area_1", -2.0),
+    ("area_2", -1.2),
+    ("area_3", -0.5),
+    ("area_4", 0.3),
+    ("area_5", 1.5),
+    ("area_6", 2.2),
 ];
 
 /// Every structure with every kind of record.
@@ -414,6 +432,12 @@ pub(crate) fn cases() -> Vec<Case> {
             vec![bench()],
         ),
         case(
+            "valve with a table for each side",
+            Structure::flow_bench(ValveForm::signed(&SIDES)),
+            &[&SIGNED],
+            vec![bench(), Record::new(300, 2e-3, 100.0)],
+        ),
+        case(
             "table valve",
             Structure::flow_bench(ValveForm::table(&OPENINGS)),
             &[&TABLE],
@@ -507,8 +531,9 @@ pub(crate) fn cases() -> Vec<Case> {
             driven(&[Output::Spool, Output::Flow], ValveForm::linear()),
             &[&ACTUATOR, &LINEAR],
         ),
-        Case::new("tones, paper", tones(Stream::Paper, &ACTUATOR)),
-        Case::new("tones, settled", tones(Stream::Settled, &ACTUATOR)),
+        Case::new("tones, paper", tones(Stream::Paper, false, &ACTUATOR)),
+        Case::new("tones, settled", tones(Stream::Settled, false, &ACTUATOR)),
+        Case::new("tones with gains", tones(Stream::Settled, true, &ACTUATOR)),
     ]
 }
 

@@ -4,11 +4,11 @@ use super::axis::Axis;
 use super::figure::{Key, Role, figure, legend};
 use super::plot::{Mark, Panel};
 use super::rows::Rows;
-use super::words::listed;
+use super::words::{capitalised, listed};
 use crate::card::{Card, Cycle, Figure, Response, Step};
-use crate::diagnose::Identified;
+use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
-use crate::report::rounded;
+use crate::report::{explain, rounded};
 use maud::{Markup, html};
 
 /// Most measured rows that are drawn.
@@ -17,17 +17,18 @@ const ROWS: usize = 1500;
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
 /// Everything that the card has.
-pub(super) fn all(card: &Card, identified: &Identified) -> Markup {
+pub(super) fn all(card: &Card, figures: &[Figure], identified: &Identified) -> Markup {
     html! {
-        (figures(&card.figures))
-        (flow_curve(&card.cycle, &card.figures, identified))
-        (bode(&card.responses))
+        @if identified.verdict == Verdict::Unexplained { p { (explain::INCOMPLETE) } }
+        (table(figures))
+        (flow_curve(&card.cycle, figures, identified))
+        (bode(&card.responses, figures))
         @if let Some(step) = &card.step { (of_step(step)) }
     }
 }
 
 /// The table of figures.
-pub(super) fn figures(figures: &[Figure]) -> Markup {
+pub(super) fn table(figures: &[Figure]) -> Markup {
     html! {
         div.scroll { table {
             thead { tr { th { "figure" } th { "unit" } th.n { "value" } th.n { "95 % interval" } th { "conditions" } } }
@@ -35,7 +36,10 @@ pub(super) fn figures(figures: &[Figure]) -> Markup {
                 tr {
                     td { (figure.label) } td { (figure.unit) }
                     td.n { (figure.value.map_or("–".into(), shown)) }
-                    td.n { @if let (Some(low), Some(high)) = (figure.low, figure.high) { (shown(low)) " … " (shown(high)) } }
+                    td.n {
+                        @if let (Some(low), Some(high)) = (figure.low, figure.high) { (shown(low)) " … " (shown(high)) }
+                        @else if let Some(reason) = figure.no_interval { (reason) }
+                    }
                     td.wrap { (figure.note) }
                 }
             } }
@@ -70,12 +74,14 @@ fn flow_curve(cycle: &Cycle, figures: &[Figure], identified: &Identified) -> Mar
         Vec::new()
     };
     let both = || falling.iter().chain(&rising);
-    let rated = figures
-        .iter()
-        .find(|one| one.name == "rated_flow")
-        .and_then(|one| one.value);
-    let title = match rated.filter(|_| flows) {
-        Some(flow) => format!("Rated flow {} L/min", rounded(flow, 3)),
+    let rated = figures.iter().find(|one| one.name == "rated_flow");
+    let title = match rated.and_then(|one| Some((one, one.value?))) {
+        Some((one, flow)) => format!(
+            "{}: {} {}",
+            capitalised(&one.label),
+            rounded(flow, 3),
+            one.unit
+        ),
         None => "At rest for every command".into(),
     };
     let panel = Panel {
@@ -130,7 +136,7 @@ fn measured(identified: &Identified) -> Vec<(f64, f64)> {
     spool.into_iter().zip(flow).step_by(every).collect()
 }
 
-fn bode(responses: &[Response]) -> Markup {
+fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
     if responses.is_empty() {
         let caption =
             html! { "Nothing in this model moves the spool: there is no frequency response." };
@@ -154,21 +160,24 @@ fn bode(responses: &[Response]) -> Markup {
             marks,
         }
     };
-    let limits = |of: fn(&Response) -> Option<f64>| {
-        let each = responses
-            .iter()
-            .map(|response| of(response).map_or("–".into(), |hz| rounded(hz, 3)));
+    let limits = |limit: &str| {
+        let each = responses.iter().map(|response| {
+            let name = format!("{limit}_{}", response.amplitude);
+            let figure = figures.iter().find(|figure| figure.name == name);
+            let known = figure.and_then(|figure| figure.value);
+            known.map_or("–".into(), |hz| rounded(hz, 3))
+        });
         listed(each.collect(), "and")
     };
     let panels = [
         panel(
-            format!("−3 dB at {} Hz", limits(|r| r.amplitude_limit)),
+            format!("−3 dB at {} Hz", limits("amplitude_limit")),
             "gain [dB]",
             -3.0,
             |point| point.gain,
         ),
         panel(
-            format!("−90° at {} Hz", limits(|r| r.phase_limit)),
+            format!("−90° at {} Hz", limits("phase_limit")),
             "phase [deg]",
             -90.0,
             |point| point.phase,

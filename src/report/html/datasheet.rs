@@ -7,7 +7,7 @@ use super::words::{capitalised, listed};
 use super::{card, convergence, section, tables, whole};
 use crate::report::{Document, ParameterReport, rounded};
 use crate::search::Fit;
-use crate::search::datasheet::Sheet;
+use crate::search::datasheet::{Measured, Sheet};
 use maud::{Markup, html};
 
 /// Styles of the amplitudes of a response; more than these share the last.
@@ -15,31 +15,36 @@ const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
 /// The page of curves that were fitted, each with its searches; the last of them is the result.
 pub fn datasheet_page(sheets: &[(Sheet, Vec<(&str, Fit)>)], document: &Document) -> String {
-    let answers = sheets.iter().map(|(sheet, fits)| {
-        let errors = errors(sheet, best(fits).values());
-        format!(
-            "the {} to {} {} RMS",
-            sheet.quantity.0,
-            rounded(rms(&errors), 2),
-            sheet.quantity.1
-        )
+    let answers = sheets.iter().flat_map(|(sheet, fits)| {
+        let errors = sheet.errors(best(fits).values());
+        let one = |(measured, errors): (&Measured, &Vec<Option<f64>>)| {
+            let rms = rounded(rms(errors), 2);
+            format!("the {} to {rms} {} RMS", measured.name, measured.unit)
+        };
+        sheet
+            .measured
+            .iter()
+            .zip(&errors)
+            .map(one)
+            .collect::<Vec<_>>()
     });
     let lead = html! {
         h1 { "The model follows " (listed(answers.collect(), "and")) "." }
         @for (sheet, _) in sheets { @for note in &sheet.notes { p { (note) } } }
     };
     let content = html! {
+        (section("card", "The valve", card::table(&document.card)))
         @for (i, (sheet, fits)) in sheets.iter().enumerate() {
             (section(&format!("sheet-{}", i + 1), &capitalised(&sheet.title), html! {
-                (curve(&format!("curve-{}", i + 1), sheet, best(fits)))
+                @for figure in curves(i + 1, sheet, best(fits)) { (figure) }
                 (tables::parameters(&ParameterReport::of(&sheet.problem, best(fits)), false))
                 (searches(&format!("convergence-{}", i + 1), fits))
             }))
         }
-        (section("card", "The valve", card::figures(&document.card)))
         (section("remaining", "What remains", tables::undetermined(document, &|name| {
-            let sheet = sheets.iter().find(|(sheet, _)| sheet.quantity.0 == name);
-            sheet.map_or(String::new(), |(sheet, _)| sheet.quantity.1.clone())
+            let mut all = sheets.iter().flat_map(|(sheet, _)| &sheet.measured);
+            let known = all.find(|measured| measured.name == name);
+            known.map_or(String::new(), |measured| measured.unit.clone())
         })))
         (section("run", "How it was run", tables::run(document)))
     };
@@ -50,23 +55,30 @@ fn best<'a>(fits: &'a [(&str, Fit)]) -> &'a Fit {
     &fits.last().expect("every sheet is fitted").1
 }
 
-fn errors(sheet: &Sheet, free: &[f64]) -> Vec<f64> {
-    let simulated = sheet.simulated(&sheet.problem, free);
-    let pairs = sheet.measured().into_iter().zip(simulated);
-    pairs
-        .map(|(measured, simulated)| measured - simulated)
-        .collect()
+fn rms(errors: &[Option<f64>]) -> f64 {
+    let known = errors.iter().flatten();
+    (known.clone().map(|value| value * value).sum::<f64>() / known.count().max(1) as f64).sqrt()
 }
 
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+/// A figure for each quantity of sheet number `number`: the first one's is called after the sheet alone.
+fn curves(number: usize, sheet: &Sheet, fit: &Fit) -> Vec<Markup> {
+    let simulated = sheet.simulated(&sheet.problem, fit.values());
+    let all = sheet.measured.iter().zip(&simulated).enumerate();
+    all.map(|(i, (measured, simulated))| {
+        let id = match i {
+            0 => format!("curve-{number}"),
+            _ => format!("curve-{number}-{}", measured.name),
+        };
+        curve(&id, sheet, measured, simulated)
+    })
+    .collect()
 }
 
 /// The points of the sheet, the fitted model through them, and what it leaves.
-fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
-    let (quantity, unit) = (sheet.quantity.0, &sheet.quantity.1);
-    let simulated = sheet.simulated(&sheet.problem, fit.values());
-    let measured = sheet.measured();
+fn curve(id: &str, sheet: &Sheet, measured: &Measured, simulated: &[f64]) -> Markup {
+    let (quantity, unit) = (measured.name, &measured.unit);
+    let simulated: Vec<Option<f64>> = simulated.iter().copied().map(Some).collect();
+    let measured = &measured.values;
     // The last axis is along the curve; one before it parts the points into curves.
     let along = |point: &[f64]| *point.last().expect("a point has a place");
     let label = sheet.axes.last().expect("a sheet has an axis").clone();
@@ -79,14 +91,15 @@ fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
         .collect();
     amplitudes.sort_by(f64::total_cmp);
     amplitudes.dedup();
-    let of = |amplitude: Option<f64>, values: &[f64]| -> Vec<(f64, f64)> {
+    let of = |amplitude: Option<f64>, values: &[Option<f64>]| -> Vec<(f64, f64)> {
         let own = |point: &Vec<f64>| amplitude.is_none_or(|amplitude| point[0] == amplitude);
         let rows = sheet
             .points
             .iter()
             .zip(values)
             .filter(|(point, _)| own(point));
-        rows.map(|(point, value)| (along(point), *value)).collect()
+        rows.filter_map(|(point, value)| Some((along(point), (*value)?)))
+            .collect()
     };
     let curves: Vec<(Option<f64>, Role)> = match amplitudes.is_empty() {
         true => vec![(None, Role::After)],
@@ -95,21 +108,21 @@ fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
             amplitudes.into_iter().map(Some).zip(roles).collect()
         }
     };
-    let error: Vec<f64> = measured
+    let error: Vec<Option<f64>> = measured
         .iter()
         .zip(&simulated)
-        .map(|(measured, simulated)| measured - simulated)
+        .map(|(measured, simulated)| Some((*measured)? - (*simulated)?))
         .collect();
     let x = match sheet.axes.len() {
         1 => Axis::over(label, places),
         _ => Axis::log(label, places),
     };
-    let lines = |values: &[f64]| -> Vec<Mark> {
+    let lines = |values: &[Option<f64>]| -> Vec<Mark> {
         let line =
             |(amplitude, role): &(Option<f64>, Role)| Mark::Line(*role, of(*amplitude, values));
         curves.iter().map(line).collect()
     };
-    let dots = |values: &[f64]| -> Vec<Mark> {
+    let dots = |values: &[Option<f64>]| -> Vec<Mark> {
         let dots =
             |(amplitude, role): &(Option<f64>, Role)| Mark::Dots(*role, of(*amplitude, values));
         curves.iter().map(dots).collect()
@@ -120,14 +133,17 @@ fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
     };
     let panels = [
         Panel {
-            title: format!("{} points of the sheet and the model", measured.len()),
+            title: format!(
+                "{} points of the sheet and the model",
+                error.iter().flatten().count()
+            ),
             size: (460, 300),
             x: x.clone(),
             y: Axis::over(
                 format!("{quantity} [{unit}]"),
-                measured.iter().chain(&simulated).copied(),
+                measured.iter().chain(&simulated).flatten().copied(),
             ),
-            marks: both(lines(&simulated), dots(&measured)),
+            marks: both(lines(&simulated), dots(measured)),
         },
         Panel {
             title: format!("What is left: {} {unit} RMS", rounded(rms(&error), 2)),
@@ -135,7 +151,7 @@ fn curve(id: &str, sheet: &Sheet, fit: &Fit) -> Markup {
             x,
             y: Axis::over(
                 format!("measured less model [{unit}]"),
-                error.iter().copied().chain([0.0]),
+                error.iter().flatten().copied().chain([0.0]),
             ),
             marks: both(vec![Mark::Level(Role::Text, 0.0)], dots(&error)),
         },

@@ -14,7 +14,7 @@ mod tables;
 mod time;
 mod words;
 
-use super::Document;
+use super::{Document, explain};
 use crate::card::Card;
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
@@ -38,6 +38,7 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         known.map_or(String::new(), unit)
     };
     let content = html! {
+        (section("card", "The valve", card::all(card, &document.card, identified)))
         (section("time", "Measured and simulated", html! {
             @for (output, rows) in &channels { (time::over_time(identified, *output, rows)) }
             (tables::errors(identified))
@@ -60,7 +61,6 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
             @for figure in ranking::all(identified) { (figure) }
         }))
         (section("parameters", "Parameters", tables::parameters(&document.parameters, changed)))
-        (section("card", "The valve", card::all(card, identified)))
         (section("search", "Search", convergence::of(identified)))
         (section("remaining", "What remains", tables::remaining(document, &unit)))
         (section("run", "How it was run", tables::run(document)))
@@ -71,6 +71,7 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
             Some(cut) => { h1 { "Cut short: there is no verdict." } p.lead { (cut.sentence()) } }
         }
         p.lead { (words::errors(identified)) }
+        p.note { (explain::base_model(&identified.before.problem.structure)) " " (explain::HELD_OUT) }
         @if let Some(form) = &document.free_form { p { (words::correction(form)) } }
         @if let Some(fell) = &document.error.improvement.hold_out {
             p {

@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::figure::{Key, Role, figure, legend};
 use super::plot::{Mark, Panel};
 use crate::diagnose::{Considered, Identified};
-use crate::report::rounded;
+use crate::report::{explain, rounded};
 use maud::{Markup, html};
 
 /// Below this share of what would be significant all promises look alike.
@@ -65,7 +65,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
     ];
     let significant = list.iter().filter(|one| one.above_chance > 1.0).count();
     let caption = html! {
-        "How much of the residual each effect promises to explain, simulated at several values and linearised there, in units "
+        (explain::PROMISE) " Here promises, from simulations at several values of the effect, are in units "
         "of what the best of all effects promises by chance in one of 100 records: " (significant) " of " (list.len())
         " reach beyond that line. The plausible ones of those were fitted together with the model; the error on rows that were "
         "held out decides, and of equal ones the simpler. "

@@ -77,7 +77,7 @@ pub(super) fn remaining(document: &Document, unit: &dyn Fn(&str) -> String) -> M
     html! {
         p {
             @match (remaining.structured, remaining.correlates_with.as_slice()) {
-                (false, _) => "What is left in the residual depends on nothing that this record shows.",
+                (false, _) => "Only noise is left.",
                 (true, []) => "What is left is far above the noise floor, but follows nothing that this record shows.",
                 (true, known) => { "What is left in the residual is more than noise: " (known.join(", ")) "." }
             }

@@ -1,8 +1,8 @@
 //! The answer in words.
 
 use crate::diagnose::{Added, Fitted, Identified, Verdict};
-use crate::model::Output;
 use crate::model::effects::Effect;
+use crate::model::{Output, Parameter};
 use crate::report::{FreeFormReport, not_diagnosed, quantity, rounded, unexplained};
 
 /// The answer in one sentence.
@@ -130,16 +130,30 @@ fn finding(effect: Effect, fitted: &Fitted) -> String {
         let Some((name, tail)) = rest.split_once('}') else {
             break;
         };
-        // Parameters of an effect on one output end in its name; some names say more.
-        let own = |suffix: &str| {
-            let parameters = fitted.problem.parameters.iter().zip(&fitted.values);
-            let mut matching =
-                parameters.filter(|(p, _)| p.name.starts_with(name) && p.name.ends_with(suffix));
-            matching.next().map(|(p, value)| quantity(*value, &p.unit))
-        };
-        text = format!("{head}{}{tail}", own(output).unwrap_or_default());
+        let own = value_of(name, output, &fitted.problem.parameters, &fitted.values);
+        let own = own.unwrap_or_default();
+        text = format!("{head}{own}{tail}");
     }
     text
+}
+
+/// The value of an effect's parameter `name`. One of an effect on one `output` ends in that; some names say more, where the
+/// record decides which of two parameters is fitted.
+fn value_of(name: &str, output: &str, parameters: &[Parameter], values: &[f64]) -> Option<String> {
+    let full = match output {
+        "" => name.to_owned(),
+        output => format!("{name}_{output}"),
+    };
+    let find = |wanted: &dyn Fn(&Parameter) -> bool| {
+        let mut matching = parameters
+            .iter()
+            .zip(values)
+            .filter(|(parameter, _)| wanted(parameter));
+        matching.next().map(|(p, value)| quantity(*value, &p.unit))
+    };
+    find(&|p| p.name == full && !p.fixed)
+        .or_else(|| find(&|p| p.name.starts_with(&format!("{full}_per_")) && !p.fixed))
+        .or_else(|| find(&|p| p.name == full))
 }
 
 /// An effect's name as it is spoken.
@@ -187,5 +201,52 @@ pub(super) fn capitalised(text: &str) -> String {
     match letters.next() {
         Some(first) => first.to_uppercase().chain(letters).collect(),
         None => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Structure;
+    use crate::model::effects::CATALOGUE;
+    use crate::model::valve::ValveForm;
+
+    #[test]
+    fn every_finding_has_the_values_of_its_own_effect() {
+        let base = Structure {
+            observed: Output::ALL.into(),
+            valve: Some(ValveForm::linear()),
+            ..Structure::actuator(10.0, "V")
+        };
+        let known = base.parameters();
+        for entry in CATALOGUE {
+            for effect in entry.on(&base) {
+                let parameters = base.with(effect).parameters();
+                let values: Vec<f64> = (1..=parameters.len()).map(|i| i as f64).collect();
+                let output = effect.output.map_or("", Output::name);
+                let finding = entry.finding.replace("{output}", output);
+                for name in finding.split('{').skip(1) {
+                    let name = name.split('}').next().unwrap();
+                    let found = value_of(name, output, &parameters, &values);
+                    let own = parameters.iter().zip(&values).filter(|(parameter, _)| {
+                        !parameter.fixed && known.iter().all(|base| base.name != parameter.name)
+                    });
+                    let mut own = own.map(|(parameter, value)| quantity(*value, &parameter.unit));
+                    let found = found.unwrap_or_else(|| panic!("{effect}: {name}"));
+                    assert!(own.any(|own| own == found), "{effect}: {name} is {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn of_two_forms_of_a_parameter_the_fitted_one_is_told() {
+        let time = Parameter::linear("viscosity_drift", "1/s", -1.0, 0.0, 1.0);
+        let heat = Parameter::linear("viscosity_drift_per_kelvin", "1/K", -1.0, 0.0, 1.0);
+        let told = |parameters: [Parameter; 2]| {
+            value_of("viscosity_drift", "", &parameters, &[0.001, 0.002]).unwrap()
+        };
+        assert_eq!(told([time.clone(), heat.clone().fixed()]), "0.1 %/s");
+        assert_eq!(told([time.fixed(), heat]), "0.2 %/K");
     }
 }

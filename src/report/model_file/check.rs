@@ -11,6 +11,9 @@ use std::ops::RangeInclusive;
 /// Full scales that a command can have, in its unit.
 const FULL_SCALE: RangeInclusive<f64> = 1e-9..=1e9;
 
+/// Where a valve's openings stand, whichever of the last two keys is there.
+const OPENINGS: &[&str] = &["valve", "area", "table", "signed"];
+
 /// Most points that a table of areas or a correction can have.
 const MOST_POINTS: usize = 100;
 
@@ -121,18 +124,22 @@ impl ModelFile {
                 "delete [structure.valve], or observe one of the two",
             ),
             (Some(valve), true) => match &valve.area {
-                AreaLaw::Table(openings) if openings.len() > MOST_POINTS => refuse(
-                    &["valve", "area", "table"],
-                    format!("there are {} openings", openings.len()),
-                    "list at most 100: each has a parameter",
-                ),
-                AreaLaw::Table(openings)
+                AreaLaw::Table(openings) | AreaLaw::Signed(openings)
+                    if openings.len() > MOST_POINTS =>
+                {
+                    refuse(
+                        OPENINGS,
+                        format!("there are {} openings", openings.len()),
+                        "list at most 100: each has a parameter",
+                    )
+                }
+                AreaLaw::Table(openings) | AreaLaw::Signed(openings)
                     if openings.len() < 4
                         || openings.iter().any(|opening| !opening.is_finite())
                         || !openings.is_sorted_by(|a, b| a < b) =>
                 {
                     refuse(
-                        &["valve", "area", "table"],
+                        OPENINGS,
                         format!("the openings {openings:?} are fewer than four or do not rise"),
                         "list at least four openings in %, strictly rising",
                     )

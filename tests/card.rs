@@ -254,7 +254,7 @@ fn figure<'c>(card: &'c Card, name: &str) -> &'c Figure {
 fn what_the_model_does_not_have_is_no_measured_zero() {
     let values = [
         ("gain", 200.0),
-        ("time_constant", 0.003),
+        ("time_constant", 0.001),
         ("saturation", 3.0),
         ("max_area", 0.5),
     ];

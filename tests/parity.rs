@@ -843,3 +843,49 @@ fn a_problem_without_free_parameters_has_a_cost_on_the_gpu() {
     assert_eq!(reference.len(), 1);
     assert!(difference(&cost, &reference) <= ANYWHERE);
 }
+
+/// How far costs lie apart, anywhere inside the bounds of the base model: what the README says of single precision.
+#[test]
+fn single_precision_anywhere_inside_the_bounds() {
+    let gpu = gpu(Checks::Off);
+    let problems = ["actuator, held", "actuator and valve, default bounds"].map(|name| {
+        let mut problem = case(name).problem;
+        let wide = problem.structure.parameters();
+        for (parameter, wide) in problem.parameters.iter_mut().zip(wide) {
+            if !parameter.fixed {
+                (parameter.low, parameter.high) = (wide.low, wide.high);
+            }
+        }
+        problem
+    });
+    let mut gpu = gpu;
+    for problem in &problems {
+        let population = random(problem, 4096, 11);
+        let double = on_cpu(Precision::F64, problem, &population);
+        let single = on_cpu(Precision::F32, problem, &population);
+        let mut pairs = vec![("CPU f32 against f64", &single, &double)];
+        let device;
+        if let Some(gpu) = &mut gpu {
+            device = gpu.costs(problem, &population).expect("costs");
+            pairs.push(("GPU against CPU f32", &device, &single));
+        }
+        for (what, one, other) in pairs {
+            let mut apart: Vec<f64> = one
+                .iter()
+                .zip(other.iter())
+                .map(|(one, other)| one.difference(other))
+                .collect();
+            apart.sort_by(f64::total_cmp);
+            let at = |share: f64| apart[((apart.len() - 1) as f64 * share) as usize];
+            println!(
+                "{what}: half within {:.1e}, 90 % {:.1e}, 99 % {:.1e}, 99.9 % {:.1e}, worst {:.1e}",
+                at(0.5),
+                at(0.9),
+                at(0.99),
+                at(0.999),
+                at(1.0)
+            );
+            assert!(at(0.5) < 1e-5 && at(0.9) < 1e-3, "{what}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use super::column::Measured;
 use super::label::Label;
 use super::table::{self, Table};
-use super::unit::Quantity;
+use super::unit::{Quantity, Unit};
 use super::{Channel, Record, Series, file, usual_full_scale};
 use crate::{Error, Result};
 use std::path::Path;
@@ -164,7 +164,7 @@ impl ResponseCurve {
             let Some(index) = quantity(table, name, kind)? else {
                 return Ok(None);
             };
-            let values = table.sparse_values(index, table.unit(index, kind)?)?;
+            let values = table.sparse_values(index, unit(table, index, kind)?)?;
             Ok(Some((index, values)))
         };
         let (phase, gain) = (
@@ -369,12 +369,26 @@ fn is_amplitude(label: &Label) -> bool {
 /// # Errors
 /// Its unit is none of `kind`, or a cell is empty or no finite number.
 fn measured(table: &Table, index: usize, kind: Quantity) -> Result<Measured> {
-    let unit = table.unit(index, kind)?;
+    let unit = unit(table, index, kind)?;
     Ok(Measured {
         index,
         values: table.values(index, unit)?,
         unit: unit.kept(),
     })
+}
+
+/// The unit of column `index`, which may be all that its head says.
+///
+/// # Errors
+/// It is none of `kind`, or missing.
+fn unit(table: &Table, index: usize, kind: Quantity) -> Result<&'static Unit> {
+    let label = &table.columns[index].label;
+    match label.unit {
+        None if kind.is_in(&label.spelt) => {
+            kind.unit(Some(&label.spelt), table.header_place(index))
+        }
+        _ => table.unit(index, kind),
+    }
 }
 
 /// A table whose columns are of one length.

@@ -2,7 +2,7 @@
 
 use super::coordinates::{to_search, to_value};
 use super::directions::Directions;
-use super::{Polished, Uncertainty, UncertaintyOptions};
+use super::{Kind, Polished, Uncertainty, UncertaintyOptions};
 use crate::model::Parameter;
 
 /// A direction of parameter space, from the result as far as the data allow.
@@ -26,8 +26,15 @@ pub fn spread(
     polished: &Polished,
     uncertainty: &Uncertainty,
 ) -> Vec<Axis> {
+    // What rounding leaves of a column is no effect either.
+    let silent = |j: usize| {
+        let groups = uncertainty.unidentifiable.iter();
+        groups
+            .filter(|group| group.kind == Kind::NoEffect)
+            .any(|group| group.parameters.contains(&j))
+    };
     let interior: Vec<usize> = (0..parameters.len())
-        .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none())
+        .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none() && !silent(j))
         .collect();
     let options = UncertaintyOptions::default();
     let directions = Directions::new(&polished.triangle, &interior, options.singular_ratio);

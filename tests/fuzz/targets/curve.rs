@@ -36,7 +36,12 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
             assert!(point.frequency > 0.0 && point.frequency.is_finite());
             assert!(point.amplitude.is_none_or(|one| one > 0.0 && one <= 100.0));
             assert!(point.phase.or(point.gain).is_some());
-            assert!([point.phase, point.gain].into_iter().flatten().all(f64::is_finite));
+            assert!(
+                [point.phase, point.gain]
+                    .into_iter()
+                    .flatten()
+                    .all(f64::is_finite)
+            );
             assert!(point.weight >= 0.0 && point.weight.is_finite());
         }
     }

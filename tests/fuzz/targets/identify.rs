@@ -96,7 +96,15 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
     let card = Card::of(&after.problem, &after.fit);
     let call = Call::default();
-    let document = Document::of(&identified, &card, &chosen, 1, 0.0, call, records[0].remarks());
+    let document = Document::of(
+        &identified,
+        &card,
+        &chosen,
+        1,
+        0.0,
+        call,
+        records[0].remarks(),
+    );
     assert!(!document.to_json().contains("NaN"));
     assert!(
         page(&identified, &document, &card)

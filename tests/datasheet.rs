@@ -168,7 +168,7 @@ fn fitted(files: &[(&str, String)], more: &[&str]) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
     let names: Vec<String> = files
         .iter()
-        .map(|(option, _)| format!("{option}.csv"))
+        .map(|(option, _)| format!("{}.csv", option.trim_matches('-')))
         .collect();
     let mut call = vec!["datasheet", "--evaluator", "cpu", "--out", "out"];
     for ((option, text), name) in files.iter().zip(&names) {

@@ -173,7 +173,7 @@ fn every_verdict_has_its_answer_and_every_figure() {
         let incomplete = card[0].contains("the model is incomplete");
         assert_eq!(incomplete, case.name == "unexplained");
         assert_eq!(
-            card[0].contains("Rated flow at 70 bar: "),
+            card[0].contains("Rated flow at 10 bar: "),
             case.synthesize.is_none()
         );
         for explained in [

@@ -14,7 +14,7 @@ pub(super) struct Options {
     /// GPU in software
     #[arg(long, value_name = "auto|cpu|gpu", default_value = "auto")]
     pub(super) evaluator: Choice,
-    /// Seed of all random numbers; the same seed gives the same result
+    /// Seed of the search and of intervals; the same seed gives the same result
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
     /// Command at full scale, in its unit [default: 10 for V, 100 for %, otherwise the largest command]

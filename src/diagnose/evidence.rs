@@ -38,7 +38,7 @@ pub(super) struct Evidence {
     pub(super) sizes: Scale,
     /// The base model's parameters with their bounds, those of known effects among them.
     pub(super) base: Vec<Parameter>,
-    /// Seed of all random numbers.
+    /// Seed of what is compared with chance.
     pub(super) seed: u64,
     /// What was computed before the run was cut off.
     pub(super) memory: Memory,

@@ -349,7 +349,7 @@ pub struct Document {
     pub evaluator: String,
     /// Why it and no other.
     pub evaluator_reason: String,
-    /// Seed of all random numbers.
+    /// Seed of the search and of intervals.
     pub seed: u64,
     /// Candidates evaluated.
     pub evaluations: usize,

@@ -56,7 +56,7 @@ pub struct Plan {
     pub settings: Settings,
     /// Where its scouts begin.
     pub start: Start,
-    /// Seed of all random numbers.
+    /// Seed of the search and of intervals.
     pub seed: u64,
     /// Whether Levenberg-Marquardt follows.
     pub polish: bool,

@@ -9,7 +9,7 @@ use servobee::diagnose::{Cut, Options, Question, Verdict, identify};
 use servobee::evaluate::gpu::Checks;
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{
-    CpuEvaluator, Evaluator, Loss, Population, Precision, Problem, reference,
+    CpuEvaluator, Evaluator, Loss, Population, Precision, Problem, reference, wgsl,
 };
 use servobee::model::effects::{
     Act, CATALOGUE, Effect, Entry, Law, Port, Scale, entry, known, register,
@@ -522,4 +522,23 @@ fn an_own_cost_is_the_same_everywhere_and_forgives_outliers() {
         .sum();
     let cost = reference::cost(&huber, &candidate).unwrap();
     assert!((cost / by_hand - 1.0).abs() < 1e-9, "{cost} {by_hand}");
+}
+
+/// An infinite size is no number that a shader can hold, and no cost is one.
+#[test]
+fn a_channel_that_counts_for_nothing_has_a_finite_size() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.004),
+        ("saturation", 2.0),
+    ];
+    let problem = problem(&Structure::actuator(10.0, "V"), &values);
+    let candidate: Vec<f64> = problem.start().iter().map(|value| 1.1 * value).collect();
+    for scale in [0.0, 1e-60] {
+        let mut huber = problem.clone().with_loss::<Huber>();
+        huber.scale = [scale; 3];
+        assert!(!wgsl::physics(&huber).contains("inf"), "{scale}");
+        let cost = reference::cost(&huber, &candidate).unwrap();
+        assert!((0.0..1e-30).contains(&cost), "{scale}: {cost}");
+    }
 }

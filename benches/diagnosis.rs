@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use servobee::evaluate::{CpuEvaluator, Precision};
 use servobee::scorecard::{Outcome, Plan};
 
 fn diagnosis(criterion: &mut Criterion) {
@@ -17,7 +18,8 @@ fn diagnosis(criterion: &mut Criterion) {
         let case = plan.case(&format!("single/{effect}/6x/1")).expect("a case");
         let mut setup = case.setup(plan.seed).expect("a rig");
         setup.seconds = 2.0;
-        let diagnose = || case.diagnose(&setup).expect("a diagnosis").0;
+        let mut cpu = CpuEvaluator::new(Precision::F32);
+        let mut diagnose = || case.diagnose(&setup, &mut cpu).expect("a diagnosis").0;
         let row = diagnose();
         assert!(
             matches!(row.outcome, Outcome::Right | Outcome::Tied),

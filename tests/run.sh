@@ -87,6 +87,20 @@ if [ "$(cargo run --release --quiet --manifest-path "$outside/Cargo.toml" --targ
     status=1
 fi
 
+# What is ready for a real GPU, with little work on the one that is here; and that it says what is missing.
+if wanted GPU; then
+    gpu=target/gpu
+    { bash benches/gpu/pack.sh dev && bash benches/gpu/run.sh --small --out "$gpu/small"; } || {
+        echo 'run.sh: benches/gpu/run.sh --small failed' | tee -a "$log" >&2
+        status=1
+    }
+    if VK_DRIVER_FILES=none bash benches/gpu/run.sh --small --out "$gpu/small" 2> "$gpu/said" ||
+        ! grep -q mesa-vulkan-drivers "$gpu/said"; then
+        echo 'run.sh: benches/gpu/run.sh does not name the package of the driver that is missing' | tee -a "$log" >&2
+        status=1
+    fi
+fi
+
 # Licences and sources of what is linked; tests/soak.sh asks for advisories as well.
 if cargo deny --version > /dev/null 2>&1; then
     cargo deny --offline --config .ci/deny.toml check licenses bans sources || status=1

@@ -4,6 +4,7 @@ use super::table::{number, table};
 use super::{colour, interrupt};
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::diagnose::Identified;
+use servobee::evaluate::{CpuEvaluator, Precision};
 use servobee::report::{OutputFile, ParameterReport};
 use servobee::scorecard::{self, Case, Group, Ledger, Outcome, Plan, Rate, Row, Summary, Tally};
 use servobee::{Error, Result};
@@ -150,7 +151,7 @@ fn one(case: &Case, seed: u64, folder: Option<&Path>) -> Result<()> {
         OutputFile::create(&path, true)?.finish(&setup.record()?.to_csv())?;
         tell!("Record: {}", path.display());
     }
-    let (row, identified) = case.diagnose(&setup)?;
+    let (row, identified) = case.diagnose(&setup, &mut CpuEvaluator::new(Precision::F32))?;
     tell!(
         "Planted: {}",
         if row.values.is_empty() {

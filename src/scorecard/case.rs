@@ -5,7 +5,7 @@ use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
 use crate::diagnose::{Cut, Identified, Options, Question, Sides, Verdict, identify};
-use crate::evaluate::{CpuEvaluator, Precision};
+use crate::evaluate::{CpuEvaluator, Evaluator, Precision};
 use crate::model::effects::CATALOGUE;
 use crate::record::{Channel, Record};
 use crate::rig::{Command, Form, Kind, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve};
@@ -121,7 +121,9 @@ impl Case {
 
     /// Makes the record, diagnoses it and judges that.
     pub fn run(&self, seed: u64) -> Row {
-        match self.setup(seed).and_then(|setup| self.diagnose(&setup)) {
+        let mut evaluator = CpuEvaluator::new(Precision::F32);
+        let diagnose = |setup: Setup| self.diagnose(&setup, &mut evaluator);
+        match self.setup(seed).and_then(diagnose) {
             Ok((row, _)) => row,
             Err(error) => Row {
                 case: self.id.clone(),
@@ -145,10 +147,14 @@ impl Case {
     ///
     /// # Errors
     /// The rig or the diagnosis fails.
-    pub fn diagnose(&self, setup: &Setup) -> Result<(Row, Identified)> {
+    pub fn diagnose(
+        &self,
+        setup: &Setup,
+        evaluator: &mut dyn Evaluator,
+    ) -> Result<(Row, Identified)> {
         let record = setup.record()?;
         let started = Instant::now();
-        let identified = diagnose(record)?;
+        let identified = diagnose(record, evaluator)?;
         let seconds = started.elapsed().as_secs_f64();
         Ok((self.row(setup, &identified, seconds), identified))
     }
@@ -219,15 +225,14 @@ impl Case {
 }
 
 /// Diagnoses a record as `servobee identify` does where nothing is said.
-fn diagnose(record: Record) -> Result<Identified> {
+fn diagnose(record: Record, evaluator: &mut dyn Evaluator) -> Result<Identified> {
     record.check_excited()?;
     let records = [record];
     let question = Question::of(&records, &[], Cut::default())?;
     let options = Options::on(&question.structure, CATALOGUE, MAX_EFFECTS);
-    let mut evaluator = CpuEvaluator::new(Precision::F32);
     identify(
         question,
-        &mut evaluator,
+        evaluator,
         &Plan::of_records(DIAGNOSIS),
         &options,
         &mut |_| ControlFlow::Continue(()),

@@ -11,11 +11,9 @@
 )]
 #![cfg(target_os = "linux")]
 
-mod program;
-
+use crate::program::names;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use program::names;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{BufWriter, Seek, SeekFrom, Write};

@@ -1,9 +1,7 @@
 //! The commands simulate, devices and bench, as a user calls them.
 
-mod program;
-
+use crate::program::{printed, refused, servobee};
 use assert_cmd::Command;
-use program::{printed, refused, servobee};
 use servobee::evaluate::gpu;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;

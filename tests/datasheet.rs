@@ -1,10 +1,8 @@
 //! The command datasheet, as a user calls it: published cases, own curves, bad curves.
 
-mod program;
-
-use program::{columns, json, names, off, printed, refused, rms, servobee, value};
+use crate::program::{columns, json, names, off, printed, refused, rms, servobee, value};
 use serde_json::Value;
-use servobee::record::cases;
+use servobee::record::{ResponseCurve, cases};
 use std::fs::write;
 use std::path::Path;
 use tempfile::TempDir;
@@ -277,7 +275,8 @@ fn second_order(gain: f64, lag: f64, frequency: f64) -> [f64; 2] {
     ]
 }
 
-const FREQUENCIES: [f64; 9] = [1.0, 5.0, 10.0, 20.0, 30.0, 40.0, 60.0, 80.0, 100.0];
+// A slow sine takes as many steps as ten fast ones, and says less of the valve.
+const FREQUENCIES: [f64; 5] = [20.0, 30.0, 40.0, 60.0, 100.0];
 
 /// A table of the response under a header, with cells in any order.
 fn response(header: &str, row: impl Fn(f64, f64, f64) -> String) -> String {
@@ -291,54 +290,62 @@ fn response(header: &str, row: impl Fn(f64, f64, f64) -> String) -> String {
     )
 }
 
+/// Tables of one response: columns in any order, in the words of different tools.
+fn tables() -> [String; 3] {
+    [
+        response("Hz,dB,deg", |f, gain, phase| format!("{f},{gain},{phase}")),
+        response(
+            "Phase (°);Frequency/Hz;Amplitude [dB]",
+            |f, gain, phase| format!("{phase};{f};{gain}"),
+        ),
+        response("magnitude [dB],phase [rad],f [rad/s]", |f, gain, phase| {
+            let w = f * std::f64::consts::TAU;
+            format!("{gain},{},{w}", phase.to_radians())
+        }),
+    ]
+}
+
 #[test]
-fn gain_and_phase_are_fitted_from_a_table_in_any_order() {
+fn a_response_is_read_from_a_table_in_any_order() {
+    for table in tables() {
+        let curve = ResponseCurve::parse("table.csv", &table).unwrap();
+        assert_eq!(curve.points.len(), FREQUENCIES.len(), "{table}");
+        for (point, frequency) in curve.points.iter().zip(FREQUENCIES) {
+            let [gain, phase] = second_order(200.0, 0.003, frequency);
+            assert!(off(point.frequency, frequency) < 1e-9, "{table}");
+            assert!(off(point.gain.unwrap(), gain) < 1e-9, "{table}");
+            assert!(off(point.phase.unwrap(), phase) < 1e-9, "{table}");
+            assert_eq!((point.amplitude, point.weight), (None, 1.0), "{table}");
+        }
+    }
+}
+
+#[test]
+fn gain_and_phase_are_fitted_together_or_alone() {
+    // Some cells are empty; only gains.
+    let both = response(
+        "gain [dB],frequency [Hz],phase [deg]",
+        |f, gain, phase| match f {
+            20.0 => format!(",{f},{phase}"),
+            30.0 => format!("{gain},{f},"),
+            _ => format!("{gain},{f},{phase}"),
+        },
+    );
+    let gains = response("Hz,dB", |f, gain, _| format!("{f},{gain}"));
     let settled = ["--stream", "settled"];
     let given = ["--stream", "settled", "--amplitude", "5"];
-    let tables = [
-        (
-            response("Hz,dB,deg", |f, gain, phase| format!("{f},{gain},{phase}")),
-            2,
-        ),
-        (
-            response(
-                "Phase (°);Frequency/Hz;Amplitude [dB]",
-                |f, gain, phase| format!("{phase};{f};{gain}"),
-            ),
-            2,
-        ),
-        (
-            response("f [rad/s],magnitude [dB]", |f, gain, _| {
-                format!("{},{gain}", f * std::f64::consts::TAU)
-            }),
-            1,
-        ),
-        (
-            response(
-                "gain [dB],frequency [Hz],phase [deg]",
-                |f, gain, phase| match f {
-                    10.0 => format!(",{f},{phase}"),
-                    20.0 => format!("{gain},{f},"),
-                    _ => format!("{gain},{f},{phase}"),
-                },
-            ),
-            2,
-        ),
-    ];
-    for (table, quantities) in tables {
-        for more in [&settled[..], &given[..]] {
-            let (report, text) = fitted(&[("--response", table.clone())], more);
-            assert!(off(value(&report, "gain"), 200.0) < 2e-3, "{table}");
-            assert!(
-                off(value(&report, "time_constant"), 0.003) < 2e-3,
-                "{table}"
-            );
-            let errors = report["error"]["after"]["fit"].as_object().unwrap();
-            assert_eq!(errors.len(), quantities);
-            assert!(errors["gain"]["rmse"].as_f64().unwrap() < 0.02);
-            assert!(text.contains("1 dB counts as one of 6.6 deg"));
-            assert_eq!(text.contains("has no amplitude"), more.len() == 2, "{text}");
-        }
+    for (table, more, quantities) in [(both, &settled[..], 2), (gains, &given[..], 1)] {
+        let (report, text) = fitted(&[("--response", table.clone())], more);
+        assert!(off(value(&report, "gain"), 200.0) < 2e-3, "{table}");
+        assert!(
+            off(value(&report, "time_constant"), 0.003) < 2e-3,
+            "{table}"
+        );
+        let errors = report["error"]["after"]["fit"].as_object().unwrap();
+        assert_eq!(errors.len(), quantities);
+        assert!(errors["gain"]["rmse"].as_f64().unwrap() < 0.02);
+        assert!(text.contains("1 dB counts as one of 6.6 deg"));
+        assert_eq!(text.contains("has no amplitude"), more.len() == 2, "{text}");
     }
 }
 

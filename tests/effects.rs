@@ -1,12 +1,11 @@
 //! The effects of the catalogue: absent at their neutral values, seen at their trials, exact in time and in their
 //! sensitivities, and the same as those of the test rig, which shares no equation with them.
 
-mod common;
-
-use common::effects::{HOLDS, absent, all_on, bench, piston, plant, planted, scale};
-use common::{Record, near_start, outputs, problem};
+use crate::common::effects::{HOLDS, absent, all_on, bench, piston, plant, planted, scale};
+use crate::common::{Record, near_start, problem};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best};
 use servobee::evaluate::problem::{Data, Sample, Series};
+use servobee::evaluate::simulate::outputs;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::{Drive, Hold, Output, Structure};

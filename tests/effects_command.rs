@@ -1,8 +1,6 @@
 //! The command effects, as a user calls it.
 
-mod program;
-
-use program::{printed, refused, servobee};
+use crate::program::{printed, refused, servobee};
 use servobee::model::effects::CATALOGUE;
 use std::path::Path;
 

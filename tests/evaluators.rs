@@ -1,8 +1,6 @@
 //! What a cost is, and that it depends on nothing but the problem and the candidate.
 
-mod common;
-
-use common::{Case, case, cases, random};
+use crate::common::{Case, case, cases, random};
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status};
 use servobee::model::{Drive, Initial, Parameter, Structure};

@@ -1,9 +1,7 @@
 //! Exported models simulate what servobee simulates. FMPy validates and runs the FMUs.
 
-mod common;
-mod program;
-
-use program::{columns, printed, refused, servobee};
+use crate::common;
+use crate::program::{columns, printed, refused, servobee};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use servobee::evaluate::problem::{Data, Sample, Series};

@@ -3,9 +3,8 @@
 //!
 //! `SERVOBEE_SKIP_GPU=1` lets these tests pass on a machine without an adapter, and says so.
 
-mod common;
-
-use common::{Record, case, near_start, problem, random};
+use crate::common;
+use crate::common::{Record, case, near_start, problem, random};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Job, Memory, PARITY, Population, Precision, Problem,

@@ -1,10 +1,8 @@
 //! `report.html`: what is in it, and what a browser makes of it.
 
-mod browser;
-mod program;
-
-use browser::{Browser, Shown};
-use program::{BENCH, printed, servobee, servobee_with};
+use crate::browser;
+use crate::browser::{Browser, Shown};
+use crate::program::{BENCH, printed, servobee, servobee_with};
 use std::fs::{copy, create_dir, read_to_string, write};
 use std::path::Path;
 use tempfile::TempDir;

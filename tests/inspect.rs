@@ -1,8 +1,6 @@
 //! `servobee inspect` says what a file holds, also one that no record can be read from, and proposes the mappings.
 
-mod program;
-
-use program::{measured, printed, refused, servobee};
+use crate::program::{measured, printed, refused, servobee};
 use proptest::prelude::*;
 use serde_json::Value;
 use servobee::record::inspect::{Inspection, Proposal, inspect};

@@ -2,11 +2,10 @@
 //!
 //! The files are made by `tests/data/make_mat.py`.
 
-mod program;
-
+use crate::program;
+use crate::program::{printed, refused as refused_call, servobee};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use program::{printed, refused as refused_call, servobee};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::record::inspect::inspect;

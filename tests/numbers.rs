@@ -1,9 +1,8 @@
 //! Numbers that hold: nothing breaks anywhere inside the bounds, and figures that would be the integrator's are refused.
 
-mod common;
-
-use common::effects::{BASE, piston, scale};
-use common::{Record, cases, effects, near_bounds, on_bounds, random};
+use crate::common;
+use crate::common::effects::{BASE, piston, scale};
+use crate::common::{Record, cases, effects, near_bounds, on_bounds, random};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{Identified, Measurements, Options, Question, identify};

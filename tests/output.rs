@@ -1,8 +1,6 @@
 //! What the program says to people and to programs: --json, --quiet, completions, a model file that goes round.
 
-mod program;
-
-use program::{printed, servobee};
+use crate::program::{printed, servobee};
 use serde_json::Value;
 use std::fs::read_to_string;
 use std::path::Path;

@@ -1,8 +1,6 @@
 //! Effects and costs of a user's own, written outside the crate, on every evaluator.
 
-mod common;
-
-use common::gpu;
+use crate::common::gpu;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{Cut, Options, Question, Verdict, identify};

@@ -2,9 +2,10 @@
 //!
 //! `SERVOBEE_SKIP_GPU=1` lets these tests pass on a machine without an adapter, and says so.
 
-mod common;
-
-use common::{Case, Record, case, cases, gpu, near_bounds, near_start, on_bounds, problem, random};
+use crate::common;
+use crate::common::{
+    Case, Record, case, cases, gpu, near_bounds, near_start, on_bounds, problem, random,
+};
 use servobee::Error;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator};
 use servobee::evaluate::simulate::SLICE;

@@ -1,16 +1,12 @@
 //! The model against solutions that an independent integrator made from the equations alone (tests/golden), and the
 //! readings of the model against each other.
 
-mod common;
-mod golden;
-
-use common::{Record, cases, near_start, outputs, problem, random};
-use golden::Golden;
+use crate::common::{Record, cases, near_start, problem, random};
+use crate::golden::Golden;
 use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
-use servobee::evaluate::simulate::{response, series, squares};
-use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, Problem};
+use servobee::evaluate::simulate::{outputs, response, series};
+use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, Problem, reference};
 use servobee::model::orifice::{Orifice, Transition};
-use servobee::model::real::Dual;
 use servobee::model::valve::{Drop, OrificeFlows, Orifices, Pressures, Valve, ValveForm};
 use servobee::model::{Hold, Initial, Output, Plant, Structure};
 
@@ -379,32 +375,12 @@ fn every_candidate_inside_the_bounds_is_exact() {
     }
 }
 
-const MOST: usize = 24;
-
-/// A candidate's outputs on all the data, and their exact derivatives with respect to all parameters, fixed ones too.
-fn sensitivities(problem: &Problem, values: &[f64]) -> Vec<Dual<MOST>> {
-    let duals: Vec<Dual<MOST>> = values
-        .iter()
-        .enumerate()
-        .map(|(i, &value)| Dual::variable(value, i))
-        .collect();
-    match &*problem.data {
-        Data::Series(all) => {
-            let rows = all
-                .iter()
-                .flat_map(|one| outputs(&problem.structure, &duals, one));
-            rows.flatten().collect()
-        }
-        Data::Tones(tones) => {
-            let plant = Plant::new(&problem.structure, &duals);
-            let wave = Wave::new(tones);
-            let phase_and_square = |tone: &Tone| {
-                let [re, im] = response(&plant, tone, &wave, |_| false);
-                [im.atan2(re), re * re + im * im]
-            };
-            tones.iter().flat_map(phase_and_square).collect()
-        }
-    }
+/// A candidate's residuals, and their exact derivatives with respect to all parameters of the problem.
+fn residuals(problem: &Problem, values: &[f64]) -> Vec<(f64, Vec<f64>)> {
+    let mut rows = Vec::new();
+    let keep = &mut |residual: f64, gradient: &[f64]| rows.push((residual, gradient.to_vec()));
+    assert!(reference::residuals(problem, values, keep));
+    rows
 }
 
 #[test]
@@ -418,23 +394,25 @@ fn exact_sensitivities_are_those_of_finite_differences() {
         // Off the start, where numbers are round and the model may sit on a breakpoint.
         let free = near_start(problem, 1, 7);
         let values = problem.complete(free.candidate(0), |fixed| fixed);
-        let exact = sensitivities(problem, &values);
+        // Fixed ones, too.
+        let mut problem = problem.clone();
+        problem.parameters.iter_mut().for_each(|p| p.fixed = false);
+        let exact = residuals(&problem, &values);
+        let size =
+            |numbers: &mut dyn Iterator<Item = f64>| numbers.fold(0.0, |a, b| b.abs().max(a));
         for (i, parameter) in problem.parameters.iter().enumerate() {
             let nudge = 1e-6 * values[i];
             let at = |nudge: f64| {
                 let mut values = values.clone();
                 values[i] += nudge;
-                sensitivities(problem, &values)
+                residuals(&problem, &values)
             };
             let (above, below) = (at(nudge), at(-nudge));
-            let largest = exact
-                .iter()
-                .map(|o| (o.gradient[i] * values[i]).abs())
-                .fold(0.0, f64::max);
-            let top = exact.iter().map(|o| o.value.abs()).fold(0.0, f64::max);
+            let largest = size(&mut exact.iter().map(|(_, gradient)| gradient[i] * values[i]));
+            let top = size(&mut exact.iter().map(|(residual, _)| *residual));
             for ((exact, above), below) in exact.iter().zip(&above).zip(&below) {
-                let difference = (above.value - below.value) / (2.0 * nudge);
-                let error = (exact.gradient[i] - difference).abs() * values[i].abs();
+                let difference = (above.0 - below.0) / (2.0 * nudge);
+                let error = (exact.1[i] - difference).abs() * values[i].abs();
                 let share = error / (largest + 1e-3 * top);
                 if share > worst.0 {
                     worst = (share, format!("{}: {}", case.name, parameter.name));
@@ -446,39 +424,6 @@ fn exact_sensitivities_are_those_of_finite_differences() {
     assert!(worst.0 < 1e-6);
 }
 
-/// The cost of one candidate, read as plain `f64`.
-fn scalar_cost(problem: &Problem, candidate: &[f64]) -> f64 {
-    let values = problem.complete(candidate, |fixed| fixed);
-    let structure = &problem.structure;
-    let plant = Plant::new(structure, &values);
-    match &*problem.data {
-        Data::Series(all) => {
-            let mut sums = [0.0; 3];
-            for one in all {
-                let add = |slice: [f64; 3]| {
-                    for (sum, part) in sums.iter_mut().zip(slice) {
-                        *sum += part;
-                    }
-                };
-                match structure.states().len() {
-                    0 => squares::<f64, 0, false>(structure, &plant, one, None, add, |_| false),
-                    1 => squares::<f64, 1, false>(structure, &plant, one, None, add, |_| false),
-                    2 => squares::<f64, 2, false>(structure, &plant, one, None, add, |_| false),
-                    _ => squares::<f64, 3, false>(structure, &plant, one, None, add, |_| false),
-                }
-            }
-            problem.cost_of_squares(sums)
-        }
-        Data::Tones(tones) => {
-            let wave = Wave::new(tones);
-            let responses = tones
-                .iter()
-                .map(|tone| response(&plant, tone, &wave, |_| false));
-            problem.cost_of_responses(tones, responses)
-        }
-    }
-}
-
 #[test]
 fn lanes_compute_bit_for_bit_what_a_single_candidate_does() {
     for case in cases() {
@@ -486,7 +431,8 @@ fn lanes_compute_bit_for_bit_what_a_single_candidate_does() {
         let population = random(problem, 37, 9);
         let costs = CpuEvaluator::new(Precision::F64).costs(problem, &population);
         for (cost, candidate) in costs.expect("costs").iter().zip(population.iter()) {
-            assert_eq!(cost.value, scalar_cost(problem, candidate), "{}", case.name);
+            let alone = reference::cost(problem, candidate).unwrap_or(f64::INFINITY);
+            assert_eq!(cost.value, alone, "{}", case.name);
         }
     }
 }

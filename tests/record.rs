@@ -1,8 +1,6 @@
 //! Records and curves are read from every common dialect, and what is wrong in a file is named with its place.
 
-mod program;
-
-use program::measured;
+use crate::program::measured;
 use proptest::prelude::*;
 use servobee::record::{
     Channel, FlowCurve, HOLD_OUT, Mapping, Quantity, Record, ResponseCurve, ResponsePoint, Series,

@@ -4,9 +4,8 @@
 
 #![cfg(unix)]
 
-mod program;
-
-use program::{IDENTIFY, bench, json, names, refused, servobee, soak};
+use crate::program;
+use crate::program::{IDENTIFY, bench, json, names, refused, servobee, soak};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{Cut, Identified, Options, Question, identify};

@@ -1,8 +1,6 @@
 //! The test rig: what each planted effect does, and the command synthesize.
 
-mod program;
-
-use program::{names, off, printed, refused, rms, servobee};
+use crate::program::{names, off, printed, refused, rms, servobee};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;

@@ -72,11 +72,11 @@ if wanted GPU && ! has_driver; then install GPU mesa-vulkan-drivers; fi
 if wanted BROWSER && ! has_browser; then install BROWSER chromium fonts-dejavu-core; fi
 if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then install_python; fi
 
-# Each test binary prints what it skips; --no-fail-fast shows every failure at once.
+# What users run, and compiled once for both. Each test binary prints what it skips; --no-fail-fast shows every failure at once.
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 status=0
-cargo test --locked --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
+cargo test --release --locked --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
 
 # A crate of somebody else's, in release: profiles of this one do not reach it. With the same versions of what both use.
 outside=target/outside
@@ -90,7 +90,7 @@ fi
 # What is ready for a real GPU, with little work on the one that is here; and that it says what is missing.
 if wanted GPU; then
     gpu=target/gpu
-    { bash benches/gpu/pack.sh dev && bash benches/gpu/run.sh --small --out "$gpu/small"; } || {
+    { bash benches/gpu/pack.sh && bash benches/gpu/run.sh --small --out "$gpu/small"; } || {
         echo 'run.sh: benches/gpu/run.sh --small failed' | tee -a "$log" >&2
         status=1
     }

@@ -1,8 +1,7 @@
 //! The composed shaders are valid, translate to every backend, and lay out memory as the host does. No GPU is needed.
 
-mod common;
-
-use common::{case, cases};
+use crate::common;
+use crate::common::{case, cases};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, TypeInner, back};
 use servobee::evaluate::gpu::layout;
@@ -155,7 +154,7 @@ fn the_committed_physics_is_up_to_date() {
         let committed = std::fs::read_to_string(&path).unwrap_or_default();
         assert!(
             committed == text,
-            "shaders/{file} is stale: run `SERVOBEE_BLESS=1 cargo test --test shader` and read what changed"
+            "shaders/{file} is stale: run `SERVOBEE_BLESS=1 cargo test --test all shader::` and read what changed"
         );
     }
 }

@@ -4,6 +4,7 @@
 #   bash tests/soak.sh [PART...]
 #
 # Parts, all of them without arguments:
+#   debug     every test with the checks of debug builds: overflows, assertions
 #   kill      runs killed a hundred times; 64 runs side by side; huge files
 #   load      a hundred records of a million rows in one call
 #   fuzz      every fuzz target for SERVOBEE_FUZZ_SECONDS (3600)
@@ -17,9 +18,13 @@ missing() {
     echo "NOT TESTED: $1: $2 is missing"
 }
 
+debug_part() {
+    cargo test --locked
+}
+
 kill_part() {
-    SERVOBEE_SOAK=1 cargo test --locked --test resume --test surroundings -- --show-output
-    SERVOBEE_HUGE=1 cargo test --locked --test bad -- --show-output
+    SERVOBEE_SOAK=1 cargo test --release --locked --test all -- --show-output resume:: surroundings:: identify:: diagnosis::
+    SERVOBEE_HUGE=1 cargo test --release --locked --test all -- --show-output bad::
 }
 
 load_part() {
@@ -34,15 +39,12 @@ fuzz_part() {
 
 mutants_part() {
     cargo mutants --version > /dev/null 2>&1 || { missing mutants "cargo-mutants (cargo install cargo-mutants)"; return; }
-    # Every n-th one, so that each file has its share; tests that stop at the first failure. Named by -C, they are all that is
-    # built for each mutant.
-    local among=(-f 'src/model/**' -f 'src/search/**' -f 'src/diagnose/**') tests=(-C=--lib) count name
-    for name in effects physics shader bees polish own evaluators card numbers diagnosis identify html; do
-        tests+=("-C=--test=$name")
-    done
+    # Every n-th one, so that each file has its share. Named by -C, these tests are all that is built for each mutant.
+    local among=(-f 'src/model/**' -f 'src/search/**' -f 'src/diagnose/**') count
     count=$(cargo mutants --list "${among[@]}" | wc -l)
     SERVOBEE_SKIP_GPU=1 SERVOBEE_SKIP_BROWSER=1 cargo mutants "${among[@]}" --sharding round-robin \
-        --shard "0/$((count / ${SERVOBEE_MUTANTS:-120}))" --output target --timeout-multiplier 3 "${tests[@]}"
+        --shard "0/$((count / ${SERVOBEE_MUTANTS:-120}))" --output target --timeout-multiplier 3 -C=--lib -C=--test=all \
+        -- -- tests effects:: physics:: shader:: bees:: polish:: own:: evaluators:: card:: numbers:: diagnosis:: identify:: html::
 }
 
 sanitize_part() {
@@ -51,7 +53,7 @@ sanitize_part() {
     # The sanitiser and Miri are not in stable Rust.
     if cargo +nightly --version > /dev/null 2>&1; then
         RUSTFLAGS=-Zsanitizer=address cargo +nightly test --locked --target "$host" --target-dir target/sanitize \
-            --lib --test evaluators --test physics
+            --lib --test all -- evaluators:: physics:: tests
     else
         missing "address sanitiser" "a nightly toolchain"
     fi
@@ -73,7 +75,7 @@ supply_part() {
 }
 
 parts=("$@")
-[ $# -gt 0 ] || parts=(kill load fuzz mutants sanitize supply)
+[ $# -gt 0 ] || parts=(debug kill load fuzz mutants sanitize supply)
 for part in "${parts[@]}"; do
     declare -F "${part}_part" > /dev/null || { echo "soak.sh: there is no part $part" >&2; exit 2; }
     echo "soak.sh: $part"

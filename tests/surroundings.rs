@@ -4,9 +4,7 @@
 
 #![cfg(target_os = "linux")]
 
-mod program;
-
-use program::{IDENTIFY, bench, json, names, soak};
+use crate::program::{IDENTIFY, bench, json, names, soak};
 use std::fs::{File, create_dir, read_to_string};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

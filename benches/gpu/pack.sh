@@ -10,13 +10,13 @@ rm -rf "$kit/bin"
 mkdir -p "$kit/bin" "$kit/debs"
 
 # The executables of one build, so that it is one set of features.
-built=$(cargo build --locked --profile "$profile" --bin servobee --bench gpu --test parity --message-format=json |
+built=$(cargo build --locked --profile "$profile" --bin servobee --bench gpu --test all --message-format=json |
     grep -o '"executable":"[^"]*"' | cut -d '"' -f 4)
-for name in servobee gpu parity; do
+for name in servobee gpu all; do
     program=$(grep -E "/$name(-[0-9a-f]+)?$" <<< "$built")
-    cp "$program" "$kit/bin/$name"
+    cp "$program" "$kit/bin/${name/#all/tests}"
     # Without the tables for a debugger, which weigh more than the program.
-    if command -v strip > /dev/null; then strip "$kit/bin/$name"; fi
+    if command -v strip > /dev/null; then strip "$kit/bin/${name/#all/tests}"; fi
 done
 cp benches/gpu/run.sh benches/gpu/row.cu benches/gpu/jax_rows.py tests/data/bench.csv "$kit/"
 git describe --always --dirty > "$kit/commit" 2> /dev/null || echo unknown > "$kit/commit"

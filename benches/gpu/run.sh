@@ -92,12 +92,12 @@ export kit work log
 
 # Parity of all structures and effects, and the faults that must show; in the log, here what counts.
 parity_tests() {
-    local filter=()
-    [ "$1" = all ] || filter=(gpu_and_cpu_agree_on_every_structure)
-    "$kit/bin/parity" "${filter[@]}" --nocapture --test-threads=2 > "$work/parity" 2>&1
+    local filter=parity::
+    [ "$1" = all ] || filter=parity::gpu_and_cpu_agree_on_every_structure
+    "$kit/bin/tests" "$filter" --nocapture --test-threads=2 > "$work/parity" 2>&1
     local status=$?
     cat "$work/parity" >> "$log"
-    grep -E '^test [a-z_]+ \.\.\. |^test result' "$work/parity" | sed 's/^/- /'
+    grep -E '^test [a-z_:]+ \.\.\. |^test result' "$work/parity" | sed 's/^/- /'
     grep -q '^SKIPPED' "$work/parity" && status=1
     return $status
 }

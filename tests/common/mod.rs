@@ -1,18 +1,16 @@
 //! Problems with known answers: every structure with every kind of record, in one place.
 
-#![allow(dead_code, reason = "each test crate uses its own part of this module")]
-
 pub(crate) mod effects;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best, describe};
 use servobee::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Sample, Series, Stream, Tone, Wave};
-use servobee::evaluate::simulate::{SLICE, response, series};
+use servobee::evaluate::simulate::{SLICE, outputs, response};
 use servobee::evaluate::{Population, Problem};
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
-use servobee::model::{Hold, Initial, Output, Parameter, Piston, Plant, Scale, Structure, Valued};
+use servobee::model::{Hold, Initial, Output, Parameter, Piston, Plant, Scale, Structure};
 use std::f64::consts::TAU;
 
 /// An evaluator on the best adapter; none where there is no adapter and the caller has allowed that.
@@ -267,28 +265,6 @@ fn tones(stream: Stream, gains: bool, values: &[(&str, f64)]) -> Problem {
         tone.weight = 1.0 / ((9.0 + gain * gain) * count);
     }
     Problem::new(structure, parameters, Data::Tones(tones))
-}
-
-/// The outputs of every row of a record.
-pub(crate) fn outputs<R: Valued>(
-    structure: &Structure,
-    values: &[R],
-    record: &Series,
-) -> Vec<[R; 3]> {
-    let plant = Plant::new(structure, values);
-    let mut rows = Vec::new();
-    let row = |_: usize, _: &[R], outputs: [R; 3]| {
-        rows.push(outputs);
-        true
-    };
-    match (structure.states().len(), structure.effects.is_empty()) {
-        (0, true) => series::<R, 0, false>(structure, &plant, record, row),
-        (1, true) => series::<R, 1, false>(structure, &plant, record, row),
-        (2, true) => series::<R, 2, false>(structure, &plant, record, row),
-        (3, true) => series::<R, 3, false>(structure, &plant, record, row),
-        _ => series::<R, 20, true>(structure, &plant, record, row),
-    }
-    rows
 }
 
 const ACTUATOR: [(&str, f64); 3] = [

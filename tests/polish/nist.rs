@@ -8,7 +8,7 @@ use servobee::search::polish::{
     LeastSquares, PolishOptions, Uncertainty, UncertaintyOptions, polish,
 };
 
-use crate::problems::{Curve, Model, unbounded};
+use super::problems::{Curve, Model, unbounded};
 
 #[derive(Deserialize)]
 struct Certified {

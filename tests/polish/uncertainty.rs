@@ -8,7 +8,7 @@ use servobee::search::polish::{
     Unidentifiable, autocorrelation_inflation, polish, profile,
 };
 
-use crate::problems::{Curve, Valley, unbounded};
+use super::problems::{Curve, Valley, unbounded};
 
 fn polished(
     problem: &mut dyn LeastSquares,

@@ -1,7 +1,5 @@
 //! The program as a user calls it, and what it leaves behind.
 
-#![allow(dead_code, reason = "each test crate uses its own part of this module")]
-
 use assert_cmd::Command;
 use serde_json::Value;
 use servobee::evaluate::gpu::{adapters, best, describe};

@@ -1,0 +1,35 @@
+//! All integration tests, in one program: `cargo test --test all`, of one file `cargo test --test all parity::`.
+
+mod bad;
+mod bees;
+mod browser;
+mod card;
+mod commands;
+mod common;
+mod datasheet;
+mod diagnosis;
+mod effects;
+mod effects_command;
+mod evaluators;
+mod export;
+mod faults;
+mod golden;
+mod gpu;
+mod html;
+mod identify;
+mod inspect;
+mod mat;
+mod model_file;
+mod numbers;
+mod output;
+mod own;
+mod parity;
+mod physics;
+mod polish;
+mod program;
+mod record;
+mod resume;
+mod rig;
+mod scorecard;
+mod shader;
+mod surroundings;

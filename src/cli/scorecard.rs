@@ -190,7 +190,7 @@ fn print_diagnosis(identified: &Identified) {
             format!("{:.2} %", one.promise),
             format!("{:.3}", one.p_value),
             one.error.map_or("-".into(), |error| format!("{error:.4}")),
-            one.decision.into(),
+            one.decision.describe().into(),
         ]
     });
     let heads = [

@@ -84,8 +84,39 @@ pub struct Considered {
     pub refit: Option<Refit>,
     /// Held-out error with it, RMS in units of noise over all channels; only where it was refitted.
     pub error: Option<f64>,
-    /// Why it was or was not chosen.
-    pub decision: &'static str,
+    /// Whether it was chosen, and why.
+    pub decision: Decision,
+}
+
+/// Why an effect was or was not chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// With it the held-out error is the lowest.
+    Chosen,
+    /// It helps, but less than the one chosen, or with more parameters.
+    Outdone,
+    /// Refitted, it does not lower the held-out error enough.
+    NotEnough,
+    /// Chance promises as much.
+    NotSignificant,
+    /// It is significant, but promises far less than the best.
+    FarLess,
+    /// It was chosen, but what is left is too much to name it.
+    NotNamed,
+}
+
+impl Decision {
+    /// The decision in words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Chosen => "chosen: lowest held-out error",
+            Self::Outdone => "helps, but less than the one chosen or with more parameters",
+            Self::NotEnough => "refitted: does not lower the held-out error enough",
+            Self::NotSignificant => "not significant: chance promises as much",
+            Self::FarLess => "significant, but promises far less than the best",
+            Self::NotNamed => "helps, but leaves too much: no name for what is missing",
+        }
+    }
 }
 
 /// An effect of the result.
@@ -508,11 +539,11 @@ impl<'a, 'b> Search<'a, 'b> {
             let model = model.map(|(_, model)| model);
             let worth = model.is_some_and(|m| accepted.iter().any(|a| std::ptr::eq(*a, m)));
             let decision = match model {
-                _ if chosen == Some(one.effect) => "chosen: lowest held-out error",
-                Some(_) if worth => "helps, but less than the one chosen or with more parameters",
-                Some(_) => "refitted: does not lower the held-out error enough",
-                None if one.p_value > LEVEL => "not significant: chance promises as much",
-                None => "significant, but promises far less than the best",
+                _ if chosen == Some(one.effect) => Decision::Chosen,
+                Some(_) if worth => Decision::Outdone,
+                Some(_) => Decision::NotEnough,
+                None if one.p_value > LEVEL => Decision::NotSignificant,
+                None => Decision::FarLess,
             };
             self.considered.push(Considered {
                 effect: one.effect,

@@ -1,6 +1,6 @@
 //! From records to a diagnosed model: fit, score on the hold-out, look at what is left.
 
-use super::attribution::{Search, excess, worth};
+use super::attribution::{Decision, Search, excess, worth};
 use super::evidence::{Evidence, Model, Side, set_start};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{Between, OtherHold, other_way};
@@ -346,8 +346,7 @@ impl Diagnosis<'_> {
                 } else {
                     for one in &mut considered {
                         if found.added.iter().any(|added| added.effect == one.effect) {
-                            one.decision =
-                                "helps, but leaves too much: no name for what is missing";
+                            one.decision = Decision::NotNamed;
                         }
                     }
                 }

@@ -38,7 +38,7 @@ mod stage;
 mod unexcited;
 mod verdict;
 
-pub use attribution::{Added, Considered, Contest, Refit, Rival};
+pub use attribution::{Added, Considered, Contest, Decision, Refit, Rival};
 pub use bootstrap::{
     Improvement, Interval, block_length, improvement, resample_indices, surrogate,
 };

@@ -424,7 +424,7 @@ impl Document {
             promise_percent: one.promise,
             p_value: one.p_value,
             error_after: one.error,
-            decision: one.decision,
+            decision: one.decision.describe(),
         });
         let effects = identified.added.iter().map(|added| AddedEffect {
             name: added.effect.entry.name.into(),

@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::figure::{Key, Role, figure, legend};
 use super::plot::{Mark, Panel};
-use crate::diagnose::{Considered, Identified};
+use crate::diagnose::{Considered, Decision, Identified};
 use crate::report::{explain, rounded};
 use maud::{Markup, html};
 
@@ -89,7 +89,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
                         td.n { (format!("{:.1} %", one.promise)) }
                         td.n { (format!("{:.3}", one.p_value)) }
                         td.n { (one.error.map_or("–".into(), |error| format!("{error:.3}"))) }
-                        td { (one.decision) }
+                        td { (one.decision.describe()) }
                     }
                 } }
             } }
@@ -98,7 +98,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
 }
 
 fn is_chosen(one: &Considered) -> bool {
-    one.decision.starts_with("chosen")
+    one.decision == Decision::Chosen
 }
 
 fn names(list: &[&Considered]) -> Vec<String> {

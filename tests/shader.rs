@@ -6,10 +6,20 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, TypeInner, back};
 use servobee::evaluate::gpu::layout;
 use servobee::evaluate::problem::Data;
-use servobee::evaluate::{Problem, wgsl};
-use servobee::model::Structure;
+use servobee::evaluate::{Loss, Problem, wgsl};
+use servobee::model::{Real, Structure};
+use std::collections::HashMap;
 use std::mem::{offset_of, size_of};
 use std::path::Path;
+
+/// The usual cost, as one's own.
+struct Square;
+
+impl Loss for Square {
+    fn of<R: Real>(error: R, _size: R) -> R {
+        error * error
+    }
+}
 
 const ENTRY_POINTS: [&str; 2] = ["evaluate_series", "evaluate_tones"];
 
@@ -157,4 +167,36 @@ fn the_committed_physics_is_up_to_date() {
             "shaders/{file} is stale: run `SERVOBEE_BLESS=1 cargo test --test all shader::` and read what changed"
         );
     }
+}
+
+/// What tells shaders apart in a cache tells all of them apart, and nothing else.
+#[test]
+fn problems_of_one_identity_have_one_shader() {
+    let base = cases().into_iter().map(|case| case.problem);
+    let effects = common::effects::cases()
+        .into_iter()
+        .map(|(_, problem)| problem);
+    let mut all: Vec<Problem> = base.chain(effects).collect();
+    for i in (0..all.len()).step_by(5) {
+        let problem = all[i].clone();
+        let mut fixed = problem.clone();
+        let last = fixed.parameters.last_mut().expect("a parameter");
+        last.fixed = !last.fixed;
+        let mut started = problem.clone();
+        started.parameters[0].start *= 1.5;
+        let losing = problem.clone().with_loss::<Square>();
+        let mut scaled = losing.clone();
+        scaled.scale = [0.25; 3];
+        all.extend([fixed, started, losing, scaled, problem]);
+    }
+    let mut shaders = HashMap::new();
+    for problem in &all {
+        for workgroup in [32, 64] {
+            let shader = wgsl::compose_for(problem, workgroup);
+            let known = shaders.entry(wgsl::identity(problem, workgroup));
+            assert_eq!(*known.or_insert(shader.clone()), shader);
+        }
+    }
+    println!("{} shaders of {} problems", shaders.len(), 2 * all.len());
+    assert!(shaders.len() < 2 * all.len() - 60);
 }

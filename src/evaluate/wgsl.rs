@@ -39,6 +39,20 @@ pub fn compose_for(problem: &Problem, workgroup: u32) -> String {
     )
 }
 
+/// What [`compose_for`] makes its text of: problems for which this is the same have the same shader. Tracing the physics takes
+/// as long as thousands of candidates do on a fast device; this does not.
+pub fn identity(problem: &Problem, workgroup: u32) -> String {
+    let parameters = problem.parameters.iter().map(|p| (&p.name, p.fixed));
+    format!(
+        "{workgroup} {} {} {:?} {:?} {:?}",
+        problem.leaps(),
+        problem.is_even(),
+        problem.loss.map(|loss| (loss.name(), problem.scale)),
+        parameters.collect::<Vec<_>>(),
+        problem.structure,
+    )
+}
+
 fn settings(problem: &Problem) -> String {
     format!(
         "const INTERPOLATED: bool = {};\nconst EVEN: bool = {};\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\nconst DELAYED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\

@@ -27,7 +27,9 @@ use crate::{Error, Result};
 use context::{Attempt, Fault};
 use mishap::Mishaps;
 use station::{Manner, Station};
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use wave::Part;
 
@@ -49,6 +51,8 @@ pub struct GpuEvaluator {
     manner: Manner,
     /// None after a device that has failed.
     station: Option<Station>,
+    /// The composed shaders, by [`wgsl::identity`].
+    shaders: HashMap<String, Arc<str>>,
     warnings: Warnings,
     mishaps: Mishaps,
     timings: Timings,
@@ -102,6 +106,7 @@ impl GpuEvaluator {
             },
             info,
             station: Some(Station::open(adapter)?),
+            shaders: HashMap::new(),
             warnings: Warnings::default(),
             mishaps: Mishaps::default(),
             timings: Timings::default(),
@@ -176,12 +181,20 @@ impl GpuEvaluator {
         }];
         let own = self.manner.checks;
         self.manner.checks = Checks::On;
-        let costs = self.evaluate(&jobs, &[source.to_owned()]);
+        let costs = self.evaluate(&jobs, &[source.into()]);
         self.manner.checks = own;
         Ok(costs?.pop().expect("one list for one job"))
     }
 
-    fn evaluate(&mut self, jobs: &[Job<'_>], sources: &[String]) -> Result<Vec<Vec<Cost>>> {
+    /// The shader that evaluates `problem`.
+    fn shader(&mut self, problem: &Problem) -> Arc<str> {
+        let workgroup = self.manner.workgroup;
+        let identity = wgsl::identity(problem, workgroup);
+        let compose = || wgsl::compose_for(problem, workgroup).into();
+        self.shaders.entry(identity).or_insert_with(compose).clone()
+    }
+
+    fn evaluate(&mut self, jobs: &[Job<'_>], sources: &[Arc<str>]) -> Result<Vec<Vec<Cost>>> {
         let mut costs = vec![Vec::new(); jobs.len()];
         let mut lost = 0;
         loop {
@@ -279,8 +292,7 @@ impl Evaluator for GpuEvaluator {
 
     fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
         let start = Instant::now();
-        let source = |job: &Job<'_>| wgsl::compose_for(job.problem, self.manner.workgroup);
-        let sources: Vec<String> = jobs.iter().map(source).collect();
+        let sources: Vec<Arc<str>> = jobs.iter().map(|job| self.shader(job.problem)).collect();
         self.timings = Timings {
             compile: start.elapsed().as_secs_f64(),
             ..Timings::default()

@@ -26,7 +26,7 @@ pub(super) struct Part<'a> {
 /// If one candidate alone needs more.
 pub(super) fn next<'a>(
     jobs: &[Job<'a>],
-    sources: &'a [String],
+    sources: &'a [Arc<str>],
     done: impl IntoIterator<Item = usize>,
     manner: Manner,
 ) -> Result<Vec<Part<'a>>> {

@@ -13,7 +13,7 @@ use servobee::model::effects::{
     Act, CATALOGUE, Effect, Entry, Law, Port, Scale, entry, known, register,
 };
 use servobee::model::valve::ValveForm;
-use servobee::model::{Hold, Output, Parameter, Real, Structure};
+use servobee::model::{Hold, Output, Pace, Parameter, Real, Structure};
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use servobee::search::{Plan, refine};
@@ -328,6 +328,47 @@ fn a_parameter_has_a_name_of_its_own() {
         assert!(error.contains(name), "{error}");
     }
     assert!(entry("twin").is_none());
+}
+
+/// A command that comes late, which the loops have to look ahead for.
+struct Late<R>(R);
+
+impl<R: Real> Act<R> for Late<R> {
+    fn delay(&self) -> Option<R> {
+        Some(self.0)
+    }
+}
+
+struct LateLaw;
+
+impl Law for LateLaw {
+    type Act<R: Real> = Late<R>;
+    fn act<R: Real>(next: &mut dyn FnMut() -> R) -> Late<R> {
+        Late(next())
+    }
+}
+
+#[test]
+fn an_own_delay_is_refused() {
+    let parameters: fn(&Scale, _) -> _ = |_, _| vec![Parameter::linear("late", "s", 0.0, 0.0, 0.1)];
+    let error = register::<LateLaw>(described("late", parameters)).unwrap_err();
+    assert!(error.to_string().contains("delays the command"), "{error}");
+    assert!(entry("late").is_none());
+}
+
+#[test]
+fn integration_steps_follow_an_own_effect_that_is_fast() {
+    let rate = |name: &'static str, pace: Option<Pace>| {
+        let parameter = Parameter::log(name, "s", 1e-5, 1e-4, 1e-3);
+        let base = Structure::actuator(10.0, "V");
+        let mut parameters = base.parameters();
+        parameters.push(Parameter { pace, ..parameter });
+        base.fastest_rate(&parameters)
+    };
+    let base = rate("slow", None);
+    assert!(base < 1e4);
+    assert!((rate("own_lag", Some(Pace::TimeConstant)) / 1e5 - 1.0).abs() < 1e-12);
+    assert_eq!(rate("own_rate", Some(Pace::Rate)), base);
 }
 
 #[test]

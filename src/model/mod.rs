@@ -16,7 +16,7 @@ pub mod valve;
 
 pub use fluid::Fluid;
 pub use free_form::{FreeForm, Signal};
-pub use parameter::{Parameter, Scale};
+pub use parameter::{Pace, Parameter, Scale};
 pub use real::{Real, Valued};
 pub(crate) use structure::MOST_STATES;
 pub use structure::{Drive, Hold, Initial, Input, Output, Piston, Plant, Structure};

@@ -1,6 +1,7 @@
 //! A model parameter and the space that a search moves in.
 
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// How a parameter's range is measured: a step of a tenth of the range is additive or multiplicative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -10,6 +11,17 @@ pub enum Scale {
     Linear,
     /// Distances are ratios. Both bounds must be positive.
     Log,
+}
+
+/// How a parameter sets the pace of a model: the length of integration steps follows from the fastest inside the bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pace {
+    /// It is a rate, 1/s.
+    Rate,
+    /// It is a time constant, s.
+    TimeConstant,
+    /// It is a frequency, Hz.
+    Frequency,
 }
 
 /// One parameter: its name, unit, bounds (inclusive) and start value, all in `unit`.
@@ -29,6 +41,8 @@ pub struct Parameter {
     pub scale: Scale,
     /// Fixed parameters keep `start` and are not searched.
     pub fixed: bool,
+    /// How integration steps have to follow it, if they have to.
+    pub pace: Option<Pace>,
 }
 
 impl Parameter {
@@ -42,6 +56,7 @@ impl Parameter {
             start,
             scale: Scale::Linear,
             fixed: false,
+            pace: None,
         }
     }
 
@@ -59,6 +74,23 @@ impl Parameter {
             fixed: true,
             ..self
         }
+    }
+
+    /// The same parameter, to be followed by integration steps.
+    pub fn paced(self, pace: Pace) -> Self {
+        Self {
+            pace: Some(pace),
+            ..self
+        }
+    }
+
+    /// The fastest rate (1/s) inside the bounds, where integration steps have to follow it.
+    pub fn fastest_rate(&self) -> Option<f64> {
+        Some(match self.pace? {
+            Pace::Rate => self.high,
+            Pace::TimeConstant => 1.0 / self.low.max(0.0),
+            Pace::Frequency => TAU * self.high,
+        })
     }
 
     /// Where `value` lies in the range: 0 at `low`, 1 at `high`.

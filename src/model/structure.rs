@@ -4,9 +4,8 @@ use super::actuator::Actuator;
 use super::effects::{Act, Action, Effect, Moment, Motion, Port, Scale};
 use super::free_form::{Correction, FreeForm, Signal};
 use super::valve::{Drop, Pressures, Valve, ValveForm};
-use super::{Parameter, Real};
+use super::{Pace, Parameter, Real};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Most states of a structure: the time loops are compiled for so many.
@@ -118,6 +117,10 @@ pub struct Structure {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub free_form: Option<FreeForm>,
 }
+
+/// The parameters of the actuator's loop that set its pace together.
+const GAIN: &str = "gain";
+const TIME_CONSTANT: &str = "time_constant";
 
 impl Structure {
     /// An actuator whose spool is observed in the command's unit.
@@ -285,8 +288,10 @@ impl Structure {
         let (scale, unit) = (self.full_scale, self.command_unit.as_str());
         let mut list = Vec::new();
         if self.drive == Drive::Actuator {
-            list.push(Parameter::log("gain", "1/s", 1.0, 200.0, 5000.0));
-            list.push(Parameter::log("time_constant", "s", 5e-4, 0.01, 0.1));
+            let gain = Parameter::log(GAIN, "1/s", 1.0, 200.0, 5000.0);
+            list.push(gain.paced(Pace::Rate));
+            let lag = Parameter::log(TIME_CONSTANT, "s", 5e-4, 0.01, 0.1);
+            list.push(lag.paced(Pace::TimeConstant));
             list.push(Parameter::log(
                 "saturation",
                 unit,
@@ -326,23 +331,20 @@ impl Structure {
     /// [`Structure::parameters`] with bounds of the caller's.
     pub fn fastest_rate(&self, parameters: &[Parameter]) -> f64 {
         // Fixed ones too: the steps of a model stay the same when its parameters are fixed.
-        let bound = |name: &str, highest: bool| {
-            let parameter = parameters.iter().find(|p| p.name == name)?;
-            Some(if highest {
-                parameter.high
-            } else {
-                parameter.low
-            })
-        };
-        let loop_rate = match (bound("gain", true), bound("time_constant", false)) {
+        let (mut gain, mut lag, mut others) = (None, None, 0.0f64);
+        for parameter in parameters {
+            match parameter.name.as_str() {
+                GAIN => gain = Some(parameter.high),
+                TIME_CONSTANT => lag = Some(parameter.low),
+                _ => others = others.max(parameter.fastest_rate().unwrap_or(0.0)),
+            }
+        }
+        let loop_rate = match (gain, lag) {
             // The loop's poles are those of s² + s/T + K/T: none is larger than both of these.
             (Some(gain), Some(lag)) => (1.0 / lag).max((gain / lag).sqrt()),
             _ => 0.0,
         };
-        let supply_rate = bound("supply_lag", false).map_or(0.0, |lag| 1.0 / lag);
-        let line = |output: &Output| bound(&format!("line_frequency_{}", output.name()), true);
-        let line_rate = Output::ALL.iter().filter_map(line).fold(0.0, f64::max) * TAU;
-        loop_rate.max(supply_rate).max(line_rate)
+        loop_rate.max(others)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::entry;
 use super::{Act, Entry, Moment, Port};
-use crate::model::{Parameter, Real};
+use crate::model::{Pace, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "line_resonance",
@@ -21,7 +21,8 @@ pub(super) const ENTRY: Entry = Entry {
                 2e-3 / scale.interval,
                 0.1 / scale.interval,
                 0.45 / scale.interval,
-            ),
+            )
+            .paced(Pace::Frequency),
             Parameter::log(&entry::on("line_damping", output), "1", 0.005, 0.1, 0.6),
             Parameter::linear(&entry::on("line_share", output), "1", 0.0, 1.0, 1.0).fixed(),
         ]

@@ -47,7 +47,8 @@ static REGISTERED: RwLock<Vec<Registered>> = RwLock::new(Vec::new());
 /// registered, where one that acts on one output at a time takes its states three times, once for each.
 ///
 /// # Errors
-/// There is an effect of this name already, or a parameter of the name of one of its own; it has more states than are left.
+/// There is an effect of this name already, or a parameter of the name of one of its own; it has more states than are left; it
+/// delays the command.
 pub fn register<L: Law>(entry: Entry) -> Result<&'static Entry> {
     let refuse = |problem: String, remedy: &str| {
         let place = format!("effect {:?}", entry.name);
@@ -89,6 +90,14 @@ pub fn register<L: Law>(entry: Entry) -> Result<&'static Entry> {
                 states(&entry)
             ),
             "give it fewer",
+        );
+    }
+    let mut starts = (entry.parameters)(&scale, outputs(&entry)[0]).into_iter();
+    let mut next = || starts.next().map_or(0.0, |parameter| parameter.start);
+    if L::act::<f64>(&mut next).delay().is_some() {
+        return refuse(
+            "delays the command, which only the catalogue's delay can".into(),
+            "leave Act::delay as it is",
         );
     }
     let entry: &'static Entry = Box::leak(Box::new(entry));

@@ -2,7 +2,7 @@
 
 use super::entry;
 use super::{Act, Entry, Port};
-use crate::model::{Parameter, Real};
+use crate::model::{Pace, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "supply_droop",
@@ -22,7 +22,8 @@ pub(super) const ENTRY: Entry = Entry {
                 0.0,
                 2.0 * scale.rated_drop / scale.outputs[1],
             ),
-            Parameter::log("supply_lag", "s", scale.interval, 20.0 * scale.interval, 2e3 * scale.interval),
+            Parameter::log("supply_lag", "s", scale.interval, 20.0 * scale.interval, 2e3 * scale.interval)
+                .paced(Pace::TimeConstant),
         ]
     },
     trials: |scale, _| {

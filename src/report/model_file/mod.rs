@@ -3,7 +3,7 @@
 mod check;
 
 use crate::model::effects::Effect;
-use crate::model::{Fluid, Parameter, Scale, Structure};
+use crate::model::{Fluid, Pace, Parameter, Scale, Structure};
 use crate::record::quoted;
 use crate::{Error, Result, input};
 use serde::{Deserialize, Serialize};
@@ -27,8 +27,7 @@ const LONGEST_MESSAGE: usize = 400;
 /// Largest magnitude of a parameter, in its unit.
 const LARGEST: f64 = 1e18;
 
-/// Fastest rate in 1/s or Hz, and inverse of the least time constant in s, that integration steps follow: see
-/// [`Structure::fastest_rate`].
+/// Fastest rate that integration steps follow, 1/s: see [`Parameter::fastest_rate`].
 const FASTEST: f64 = 1e7;
 
 /// A model file that has been read.
@@ -356,16 +355,12 @@ impl ModelFile {
                 "give a positive low, or scale = \"linear\"",
             ));
         }
-        let too_fast = match name.as_str() {
-            "time_constant" | "supply_lag" if *low < FASTEST.recip() => {
-                Some((&entry.low, "low", low))
-            }
-            rate if rate == "gain" || rate.starts_with("line_frequency_") => {
-                (*high > FASTEST).then_some((&entry.high, "high", high))
-            }
-            _ => None,
+        let too_fast = parameter.fastest_rate() > Some(FASTEST);
+        let fast_bound = match parameter.pace {
+            Some(Pace::TimeConstant) => (&entry.low, "low", low),
+            _ => (&entry.high, "high", high),
         };
-        if let Some((own, bound, value)) = too_fast {
+        if let (true, (own, bound, value)) = (too_fast, fast_bound) {
             return Err(self.error(
                 place(own),
                 format!(

@@ -545,12 +545,13 @@ fn a_device_that_does_not_answer_in_time_is_given_up_at_once() {
     let Some(mut gpu) = common::gpu(Checks::Off) else {
         return;
     };
-    // No mishap: the time limit is real, and the work takes dozens of submissions: a device may be done with one before it
-    // is asked, but not with each of them.
+    // lavapipe computes while work is submitted, so that it has answered whenever it is asked: a limit of a nanosecond met it
+    // in the middle only where something else held up its last step. On hardware benches/gpu waits for real.
+    gpu.let_fail(Mishap::Hang, 0, 1);
     gpu.limit_patience(Duration::from_nanos(1));
     let mut guarded = Guarded::new(device(gpu), [cpu()]).unwrap();
     let problem = case("records of many lengths").problem;
-    let population = random(&problem, 16_384, 1);
+    let population = random(&problem, 300, 1);
     let costs = guarded.costs(&problem, &population).expect("costs");
     let warnings = guarded.take_warnings();
     println!("{warnings:?}");

@@ -792,8 +792,14 @@ fn named_effects_take_the_measured_actuator_close_to_its_noise() {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    // A fifth of the rows, all along the records, is a fifth of the time; SERVOBEE_SOAK=1 takes all.
-    let rows = if soak() { "250000" } else { "24000" };
+    // SERVOBEE_SOAK=1 takes all rows, and looks for all effects.
+    let (rows, effects) = match soak() {
+        true => ("250000", "all"),
+        false => (
+            "24000",
+            "null_bias,sensor_offset,sensor_drift,hysteresis,delay",
+        ),
+    };
     let call = [
         "identify",
         fitted.to_str().unwrap(),
@@ -807,6 +813,8 @@ fn named_effects_take_the_measured_actuator_close_to_its_noise() {
         "x_meas_mm=spool [mm]",
         "--max-rows",
         rows,
+        "--effects",
+        effects,
         "--out",
         "out",
     ];

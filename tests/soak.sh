@@ -6,6 +6,7 @@
 # Parts, all of them without arguments:
 #   debug     every test with the checks of debug builds: overflows, assertions
 #   kill      runs killed a hundred times; 64 runs side by side; huge files
+#   outside   a crate that depends on this one, built in a folder of its own
 #   load      a hundred records of a million rows in one call
 #   fuzz      every fuzz target for SERVOBEE_FUZZ_SECONDS (3600)
 #   mutants   about SERVOBEE_MUTANTS (120) of the mutants of model, search and diagnosis
@@ -25,6 +26,14 @@ debug_part() {
 kill_part() {
     SERVOBEE_SOAK=1 cargo test --release --locked --test all -- --show-output resume:: surroundings:: identify:: diagnosis::
     SERVOBEE_HUGE=1 cargo test --release --locked --test all -- --show-output bad::
+}
+
+outside_part() {
+    local outside=target/outside
+    mkdir -p "$outside"
+    cp tests/outside/main.rs Cargo.lock "$outside/"
+    { cat tests/outside/Cargo.toml && echo '[workspace]'; } > "$outside/Cargo.toml"
+    [ "$(cargo run --release --quiet --manifest-path "$outside/Cargo.toml" -- tests/data/bench.csv)" = delay ]
 }
 
 load_part() {
@@ -75,7 +84,7 @@ supply_part() {
 }
 
 parts=("$@")
-[ $# -gt 0 ] || parts=(debug kill load fuzz mutants sanitize supply)
+[ $# -gt 0 ] || parts=(debug kill outside load fuzz mutants sanitize supply)
 for part in "${parts[@]}"; do
     declare -F "${part}_part" > /dev/null || { echo "soak.sh: there is no part $part" >&2; exit 2; }
     echo "soak.sh: $part"

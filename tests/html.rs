@@ -206,19 +206,15 @@ fn every_verdict_has_its_answer_and_every_figure() {
     }
 }
 
-#[test]
-fn a_datasheet_has_its_page() {
-    let folder = TempDir::new().unwrap();
-    let call = ["datasheet", "--case", "two-amplitude", "--out", "out"];
-    printed(&servobee(folder.path(), &call));
-    let page = read_to_string(folder.path().join("out/report.html")).unwrap();
-    assert_well_formed(&page);
+/// The page of the datasheet of a valve with two amplitudes.
+pub(crate) fn assert_page_of_two_amplitudes(page: &str) {
+    assert_well_formed(page);
     assert_eq!(
-        between(&page, "<h1>", "</h1>"),
+        between(page, "<h1>", "</h1>"),
         ["The model follows the phase to 2.9 deg RMS."]
     );
     for (id, plots) in [("curve-1", 2), ("convergence-1", 3)] {
-        let figure = between(&page, &format!("<figure id=\"{id}\">"), "</figure>");
+        let figure = between(page, &format!("<figure id=\"{id}\">"), "</figure>");
         assert_eq!(figure.len(), 1, "{id}");
         assert_eq!(
             figure[0].matches("<svg role=\"img\"").count(),
@@ -229,7 +225,7 @@ fn a_datasheet_has_its_page() {
     let Some(browser) = Browser::find() else {
         return;
     };
-    let shown = browser.show(&page, 1100, false);
+    let shown = browser.show(page, 1100, false);
     assert!(shown.complaints.is_empty(), "{:?}", shown.complaints);
     assert_eq!(shown.plots.len(), 5);
     for plot in &shown.plots {

@@ -363,7 +363,12 @@ fn assert_late(report: &Value, known: &[&str]) {
 #[test]
 fn every_effect_of_the_catalogue_can_be_known() {
     let folder = synthesized("delay=0.0047", "1");
-    let few = ["--effects", "delay,hysteresis,leakage"];
+    let few = [
+        "--effects",
+        "delay,hysteresis,leakage",
+        "--max-effects",
+        "2",
+    ];
     for effect in every_effect() {
         let known = effect.to_string();
         let known = [known.as_str()];
@@ -375,7 +380,12 @@ fn every_effect_of_the_catalogue_can_be_known() {
 #[test]
 fn two_known_effects_one_of_them_fixed_hide_nothing() {
     let folder = synthesized("delay=0.0047", "1");
-    let few = ["--effects", "delay,hysteresis,leakage"];
+    let few = [
+        "--effects",
+        "delay,hysteresis,leakage",
+        "--max-effects",
+        "2",
+    ];
     let all = every_effect();
     for (i, first) in all.iter().enumerate().step_by(if soak() { 1 } else { 3 }) {
         let second = all[(i + 7) % all.len()];
@@ -405,7 +415,12 @@ fn two_known_effects_one_of_them_fixed_hide_nothing() {
 
 #[test]
 fn what_is_planted_and_known_is_followed_with_and_without_another() {
-    let few = ["--effects", "delay,hysteresis,leakage"];
+    let few = [
+        "--effects",
+        "delay,hysteresis,leakage",
+        "--max-effects",
+        "2",
+    ];
     for (known, planted, name, expected) in [
         ("overlap", "overlap=4", "overlap", 4.0),
         ("null_bias", "null_bias=0.3", "null_bias", 0.3),
@@ -418,7 +433,7 @@ fn what_is_planted_and_known_is_followed_with_and_without_another() {
         ),
         ("slew_limit", "slew_limit=300", "slew_limit", 300.0),
     ] {
-        let late = synthesized(&format!("{planted},delay=0.003"), "3");
+        let late = synthesized(&format!("{planted},delay=0.003"), "2");
         let report = with_known(late.path(), "record.csv", &[known], "", &few);
         assert_eq!(
             (&report["verdict"], added(&report)),
@@ -454,7 +469,8 @@ fn what_is_planted_and_known_is_followed_with_and_without_another() {
 
 #[test]
 fn what_was_not_asked_is_not_said_to_be_in_no_catalogue() {
-    let (folder, _) = excerpt();
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("bench.csv"), program::excerpt(900)).unwrap();
     for (effects, more, verdict, sentence) in [
         (
             "leakage,overlap",

@@ -17,7 +17,7 @@ use servobee::evaluate::problem::{Data, Sample};
 use servobee::evaluate::simulate::squares;
 use servobee::evaluate::{Problem, workload};
 use servobee::model::effects::CATALOGUE;
-use servobee::model::{Plant, Real, Valued};
+use servobee::model::{Alone, Plant, Real, Valued, View};
 
 const ROWS: usize = 1000;
 /// Runs of which the best counts, here and below: floors and times are those of a machine that nobody else uses.
@@ -203,12 +203,17 @@ fn counts(problem: &Problem) -> Counts {
         })
         .collect();
     let structure = &problem.structure;
-    let plant = Plant::new(structure, &problem.complete(&free, Counted::constant));
+    let values = problem.complete(&free, Counted::constant);
+    let (alone, whole) = (
+        Alone::plant(structure, &values),
+        Plant::new(structure, &values),
+    );
     COUNTS.set(Counts::default());
-    match (structure.states().len(), structure.is_base()) {
-        (2, true) => squares::<_, 2, false>(structure, &plant, &all[0], None, |_| (), |_| false),
-        (0..=5, _) => squares::<_, 5, true>(structure, &plant, &all[0], None, |_| (), |_| false),
-        _ => squares::<_, 20, true>(structure, &plant, &all[0], None, |_| (), |_| false),
+    let rows = &all[0];
+    match (structure.states().len(), structure.effects.is_empty()) {
+        (2, true) => squares::<_, 2, _>(structure, rows, None, |_| (), |_| false, &alone),
+        (0..=5, _) => squares::<_, 5, _>(structure, rows, None, |_| (), |_| false, &whole),
+        _ => squares::<_, 20, _>(structure, rows, None, |_| (), |_| false, &whole),
     }
     COUNTS.get().map(|count| count / ROWS as f64)
 }

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::simulate::{outputs, series};
 use servobee::evaluate::{Population, Problem, workload};
-use servobee::model::Plant;
+use servobee::model::{Alone, Output, View};
 
 const ROWS: usize = 1000;
 const CANDIDATES: usize = 16_384;
@@ -121,20 +121,20 @@ fn ours<'a>(problem: &'a Problem, choose: &impl Fn(&str) -> &'a Population) -> V
         let trajectory: Option<Trajectory> = match name.as_str() {
             "servobee CPU f64" => Some(Box::new(|values| {
                 let rows = outputs(&problem.structure, values, record(problem));
-                rows.iter().map(|row| row[0]).collect()
+                rows.iter().map(|row| row[Output::Spool]).collect()
             })),
             "servobee CPU f32" => Some(Box::new(|values| {
                 let values: Vec<f32> = values.iter().map(|&value| value as f32).collect();
-                let plant = Plant::new(&problem.structure, &values);
+                let plant = Alone::plant(&problem.structure, &values);
                 let mut spool = Vec::with_capacity(ROWS);
-                series::<f32, 2, false>(
+                series::<f32, 2, _>(
                     &problem.structure,
-                    &plant,
                     record(problem),
                     |_, _, row| {
-                        spool.push(row[0].into());
+                        spool.push(row[Output::Spool].into());
                         true
                     },
+                    &plant,
                 );
                 spool
             })),
@@ -295,11 +295,11 @@ fn simulate<M: Method, R: Number, const STEPS: usize>(
     let [gain, time_constant, saturation] = values;
     let valve = [gain, time_constant.inverse(), saturation];
     let step = 1e-3 / STEPS as f32;
-    let first = R::splat(samples[0].input[0] as f32);
+    let first = R::splat(samples[0].input.command as f32);
     let mut state = [first; 2];
     for (k, sample) in samples.iter().enumerate() {
         row(k, state[1]);
-        let command = R::splat(sample.input[0] as f32);
+        let command = R::splat(sample.input.command as f32);
         for _ in 0..STEPS {
             state = M::step(valve, state, command, step);
         }
@@ -320,7 +320,7 @@ fn cost<M: Method, R: Number, const STEPS: usize>(samples: &[Sample], values: [R
         values,
         #[inline(always)]
         |k, x| {
-            let error = R::splat(samples[k].target[0] as f32) - x;
+            let error = R::splat(samples[k].target[Output::Spool] as f32) - x;
             chunk = chunk + error * error;
             if (k + 1) % CHUNK == 0 {
                 total = total + chunk;
@@ -381,7 +381,7 @@ fn write<'a>(
         texts.join(",")
     };
     let names = || peers.iter().map(|peer| peer.name.as_str());
-    let sample = |s: &Sample| format!("{:e},{:e}", s.input[0], s.target[0]);
+    let sample = |s: &Sample| format!("{:e},{:e}", s.input.command, s.target[Output::Spool]);
     let lines = record(problem).samples.iter().map(sample).collect();
     save("record.csv", "command,target".into(), lines)?;
     let lines = population.iter().map(|c| join(&mut c.iter().copied()));

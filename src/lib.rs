@@ -29,7 +29,7 @@
 //! ```
 //! use servobee::evaluate::problem::{Data, Problem, Sample, Series};
 //! use servobee::evaluate::{CpuEvaluator, Precision, reference};
-//! use servobee::model::{Initial, Structure};
+//! use servobee::model::{Initial, Input, Structure};
 //! use servobee::search::{Plan, Settings, fit};
 //! use std::ops::ControlFlow;
 //!
@@ -37,7 +37,7 @@
 //! let structure = Structure { initial: Initial::Rest, ..Structure::actuator(10.0, "V") };
 //! let parameters = structure.parameters();
 //! let time: Vec<f64> = (0..60).map(|k| 0.002 * f64::from(k)).collect();
-//! let step = Sample { input: [10.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], weight: 1.0, ..Sample::default() };
+//! let step = Sample { input: Input { command: 10.0, ..Input::default() }, weight: 1.0, ..Sample::default() };
 //! let mut series = Series { name: "step".into(), samples: vec![step; time.len()], time };
 //! series.set_steps(structure.fastest_rate(&parameters), 1);
 //! let [gain, time_constant, saturation] = [220.0, 0.008, 1.2];

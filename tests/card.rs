@@ -7,7 +7,7 @@ use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::reference;
 use servobee::evaluate::{Memory, Problem};
 use servobee::model::valve::{Drop, ValveForm};
-use servobee::model::{Output, Structure};
+use servobee::model::{Input, Output, Outputs, ServoValve, Structure};
 use servobee::record::FlowCurve;
 use servobee::search::datasheet::Sheet;
 use servobee::search::{Plan, refine};
@@ -23,11 +23,12 @@ fn actuator() -> Structure {
 fn valve(effects: &[&str]) -> Structure {
     Structure {
         observed: vec![Output::Spool, Output::Flow],
-        valve: Some(ValveForm {
+        effects: effects.iter().map(|name| name.parse().unwrap()).collect(),
+        base: ServoValve::with(ValveForm {
             drop: Drop::Supply,
             ..ValveForm::linear()
-        }),
-        effects: effects.iter().map(|name| name.parse().unwrap()).collect(),
+        })
+        .into(),
         ..actuator()
     }
 }
@@ -48,7 +49,13 @@ fn problem(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64)
             height = FULL * random.random_range(-0.9..0.9);
         }
         Sample {
-            input: [height, 70.0, 0.0, 0.0, 0.0, 40.0, 1e-3 * k as f64],
+            input: Input {
+                command: height,
+                supply: 70.0,
+                temperature: 40.0,
+                time: 1e-3 * k as f64,
+                ..Input::default()
+            },
             weight: 1.0,
             ..Sample::default()
         }
@@ -64,7 +71,8 @@ fn problem(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64)
     // A sum of twelve uniform numbers is near enough to a normal one.
     let mut normal = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
     for (sample, outputs) in series.samples.iter_mut().zip(&simulated[0]) {
-        sample.target = outputs.map(|output| output + noise * FULL * normal());
+        let noisy = |output| output + noise * FULL * normal();
+        sample.target = Outputs(outputs.0.map(noisy));
     }
     Problem::new(structure.clone(), parameters, Data::Series(vec![series]))
 }
@@ -313,8 +321,8 @@ fn a_figure_that_the_data_do_not_determine_has_no_value() {
         unreachable!("a record")
     };
     for sample in all.iter_mut().flat_map(|one| &mut one.samples) {
-        sample.input[0] *= 0.002;
-        sample.target[0] *= 0.002;
+        sample.input.command *= 0.002;
+        sample.target[Output::Spool] *= 0.002;
     }
     small.data = Data::Series(all).into();
     let [large, small] = [&problem, &small].map(|problem| Card::of(problem, &fit(problem)));

@@ -6,7 +6,7 @@ use servobee::evaluate::gpu;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;
-use servobee::model::{Output, Parameter, Structure};
+use servobee::model::{Output, Parameter, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use std::fs::{read_dir, read_to_string, write};
@@ -34,9 +34,9 @@ fn planted(structure: &Structure) -> TempDir {
     series.set_steps(structure.fastest_rate(&parameters), 1);
     let simulated = outputs(structure, &values, &series);
     let measured = structure.observed.iter().map(|&output| {
-        let values = simulated.iter().map(|row| row[output as usize]).collect();
+        let values = simulated.iter().map(|row| row[output]).collect();
         (
-            output.into(),
+            output.channel(),
             record::Series::new(structure.unit(output), values),
         )
     });
@@ -56,8 +56,11 @@ fn planted(structure: &Structure) -> TempDir {
 fn whole() -> Structure {
     Structure {
         observed: Output::ALL.into(),
-        spool_unit: Some("mm".into()),
-        valve: Some(ValveForm::linear()),
+        base: ServoValve {
+            spool_unit: Some("mm".into()),
+            ..ServoValve::with(ValveForm::linear())
+        }
+        .into(),
         ..Structure::actuator(10.0, "V")
     }
 }

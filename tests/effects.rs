@@ -8,7 +8,7 @@ use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::simulate::outputs;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
 use servobee::model::effects::{CATALOGUE, Effect};
-use servobee::model::{Drive, Hold, Output, Structure};
+use servobee::model::{Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
 use servobee::rig::{Command, FULL_SCALE, Noise, RATED_DROP, Setup, Simulation};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -22,7 +22,7 @@ fn record() -> Record {
 fn smooth() -> Record {
     let mut record = record();
     for (time, input) in record.time.iter().zip(&mut record.inputs) {
-        input[0] = 9.0 * (TAU * (2.0 + 40.0 * time) * time).sin();
+        input.command = 9.0 * (TAU * (2.0 + 40.0 * time) * time).sin();
     }
     record
 }
@@ -35,17 +35,17 @@ fn series_of(problem: &Problem) -> &Series {
 }
 
 /// The outputs at the start values.
-fn at_start(problem: &Problem) -> Vec<[f64; 3]> {
+fn at_start(problem: &Problem) -> Vec<Outputs<f64>> {
     let values: Vec<f64> = problem.parameters.iter().map(|p| p.start).collect();
     outputs(&problem.structure, &values, series_of(problem))
 }
 
 /// The largest difference of two runs, of full scale.
-fn difference(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+fn difference(a: &[Outputs<f64>], b: &[Outputs<f64>]) -> f64 {
     assert_eq!(a.len(), b.len());
-    let tops = [10.0, 60.0, 10.0];
-    let of_row = |(a, b): (&[f64; 3], &[f64; 3])| {
-        let parts = (0..3).map(|i| (a[i] - b[i]).abs() / tops[i]);
+    let tops = Outputs([10.0, 60.0, 10.0]);
+    let of_row = |(a, b): (&Outputs<f64>, &Outputs<f64>)| {
+        let parts = tops.iter().map(|(i, top)| (a[i] - b[i]).abs() / top);
         parts.fold(0.0, |max: f64, part| {
             if part > max || part.is_nan() {
                 part
@@ -312,8 +312,8 @@ fn half_the_steps_change_little() {
 }
 
 /// The largest output as a share of full scale, and at least 1: pressures above the rated one give more flow.
-fn largest_of(rows: &[[f64; 3]]) -> f64 {
-    difference(rows, &vec![[0.0; 3]; rows.len()]).max(1.0)
+fn largest_of(rows: &[Outputs<f64>]) -> f64 {
+    difference(rows, &vec![Outputs::default(); rows.len()]).max(1.0)
 }
 
 /// A bench of the rig, the model of the same valve, and the values of its parameters.
@@ -357,8 +357,8 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
     let (mut top, mut sum) = (0.0f64, 0.0);
     for (row, (x, q)) in model.iter().zip(spool.iter().zip(&flow)) {
         let parts = [
-            (row[0] - x) / FULL_SCALE,
-            (row[1] - q) / setup.valve.rated_flow,
+            (row[Output::Spool] - x) / FULL_SCALE,
+            (row[Output::Flow] - q) / setup.valve.rated_flow,
         ];
         for part in parts {
             assert!(part.is_finite());
@@ -585,7 +585,7 @@ fn driven(
     time: Vec<f64>,
     refine: u32,
     command: impl Fn(f64) -> f64,
-) -> Vec<[f64; 3]> {
+) -> Vec<Outputs<f64>> {
     let scale = scale(structure);
     let mut parameters = absent(structure, &scale);
     for (name, value) in values {
@@ -593,7 +593,13 @@ fn driven(
         parameter.expect("a parameter").start = *value;
     }
     let sample = |t: &f64| Sample {
-        input: [command(*t), 10.0, 0.0, 0.0, 0.0, 40.0, *t - time[0]],
+        input: Input {
+            command: command(*t),
+            supply: 10.0,
+            temperature: 40.0,
+            time: *t - time[0],
+            ..Input::default()
+        },
         ..Sample::default()
     };
     let mut series = Series {
@@ -632,7 +638,7 @@ fn a_spool_that_sticks_does_not_move_at_all() {
         );
         let still: Vec<bool> = run
             .windows(2)
-            .map(|pair| pair[0][0] == pair[1][0])
+            .map(|pair| pair[0][Output::Spool] == pair[1][Output::Spool])
             .collect();
         // From where the sine turns until it is two F lower, four times.
         let plateau = (1.0 - 2.0 * friction / amplitude).acos() / (TAU * frequency) * 1000.0;
@@ -647,7 +653,9 @@ fn a_spool_that_sticks_does_not_move_at_all() {
         );
         let stretches = still.windows(2).filter(|pair| pair[0] && !pair[1]).count();
         assert_eq!(stretches, 5, "{hold:?}");
-        let top = run.iter().fold(0.0, |top: f64, row| top.max(row[0]));
+        let top = run
+            .iter()
+            .fold(0.0, |top: f64, row| top.max(row[Output::Spool]));
         assert!((top - (amplitude - friction)).abs() < 1e-3, "{top}");
     }
     // Pushed by less than what breaks it away it never moves, by more it does; and so with stiction.
@@ -661,7 +669,11 @@ fn a_spool_that_sticks_does_not_move_at_all() {
         let values = [("friction", 0.3), ("stiction", stiction)];
         let step = |t: f64| if t < 0.0095 { 0.0 } else { height };
         let run = driven(&structure, &values, rows(100, 1e-3), 1, step);
-        assert_eq!(run.iter().any(|row| row[0] != 0.0), moves, "{height}");
+        assert_eq!(
+            run.iter().any(|row| row[Output::Spool] != 0.0),
+            moves,
+            "{height}"
+        );
     }
 }
 
@@ -669,7 +681,11 @@ fn a_spool_that_sticks_does_not_move_at_all() {
 fn hysteresis_knows_no_rate() {
     let width = 0.25;
     let structure = Structure {
-        drive: Drive::Direct,
+        base: ServoValve {
+            drive: Drive::Direct,
+            ..ServoValve::default()
+        }
+        .into(),
         ..with(Structure::actuator(10.0, "V"), "hysteresis")
     };
     let loops = [0.1, 10.0].map(|frequency: f64| {
@@ -684,11 +700,11 @@ fn hysteresis_knows_no_rate() {
         )
     });
     for (slow, fast) in loops[0].iter().zip(&loops[1]) {
-        assert!((slow[0] - fast[0]).abs() < 1e-9);
+        assert!((slow[Output::Spool] - fast[Output::Spool]).abs() < 1e-9);
     }
     // In the second period, up and down at the same command.
     for run in &loops {
-        let opened = run[1750][0] - run[1250][0];
+        let opened = run[1750][Output::Spool] - run[1250][Output::Spool];
         assert!((opened - 2.0 * width).abs() < 1e-6, "{opened}");
     }
 }
@@ -765,8 +781,8 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
                     .map(|p| (p.name.as_str(), p.start))
                     .collect();
                 let run = driven(&structure, &values, rows(200, 1e-3), 1, |_| 7.5);
-                let ends = |i: usize| (run[0][i] - run[199][i]).abs() / [10.0, 60.0, 1.0][i];
-                let off = ends(0).max(ends(1));
+                let ends = |i, top| (run[0][i] - run[199][i]).abs() / top;
+                let off = f64::max(ends(Output::Spool, 10.0), ends(Output::Flow, 60.0));
                 if off > 1e-6 {
                     println!("{off:.1e} {effect}, trial {number}");
                 }

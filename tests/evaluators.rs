@@ -3,7 +3,7 @@
 use crate::common::{Case, case, cases, random};
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status};
-use servobee::model::{Drive, Initial, Parameter, Structure};
+use servobee::model::{Drive, Initial, Input, Output, Outputs, Parameter, ServoValve, Structure};
 use std::collections::HashSet;
 
 fn costs(problem: &Problem, population: &Population) -> Vec<Cost> {
@@ -24,8 +24,11 @@ fn two_rows(
     let sample = |(command, spool, weight)| Sample {
         step: 1.0,
         substeps: 1,
-        input: [command, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-        target: [spool, 0.0, 0.0],
+        input: Input {
+            command,
+            ..Input::default()
+        },
+        target: Outputs([spool, 0.0, 0.0]),
         weight,
         ..Sample::default()
     };
@@ -51,7 +54,7 @@ fn a_cost_by_hand() {
     let hand = 0.25 * 2.0f64.powi(2) + 3.0 * (1.0 - x).powi(2);
     let candidate = Population::single(&[1.0, 1.0, 10.0]);
     assert!((costs(&problem, &candidate)[0].value - hand).abs() < 1e-12);
-    problem.scale = [4.0, 100.0, 100.0];
+    problem.scale = Outputs([4.0, 100.0, 100.0]);
     assert!((costs(&problem, &candidate)[0].value - 4.0 * hand).abs() < 1e-11);
 }
 
@@ -72,8 +75,12 @@ fn saturation_limits_the_step_by_hand() {
 #[test]
 fn a_spool_that_follows_at_once_needs_no_state() {
     let structure = Structure {
-        drive: Drive::Direct,
-        spool_unit: Some("mm".into()),
+        base: ServoValve {
+            drive: Drive::Direct,
+            spool_unit: Some("mm".into()),
+            ..ServoValve::default()
+        }
+        .into(),
         ..Structure::actuator(10.0, "V")
     };
     let parameters = structure.parameters();
@@ -94,7 +101,7 @@ fn a_row_of_weight_zero_does_not_count() {
         let mut silent = 0;
         for sample in all.iter_mut().flat_map(|one| &mut one.samples) {
             if sample.weight == 0.0 {
-                sample.target[0] = target;
+                sample.target[Output::Spool] = target;
                 silent += 1;
             }
         }

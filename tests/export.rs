@@ -8,7 +8,7 @@ use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{Problem, simulate};
 use servobee::export::{Model, c, fmu, modelica, simscape};
 use servobee::model::effects::Port;
-use servobee::model::{FreeForm, Hold, Output, Signal, Structure};
+use servobee::model::{FreeForm, Hold, Input, Output, Outputs, Signal, Structure};
 use servobee::report::ModelFile;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -114,16 +114,19 @@ impl Case {
         let row = |sample: &Sample| {
             inputs
                 .iter()
-                .map(|input| sample.input[input.place])
+                .map(|input| sample.input.numbers()[input.place])
                 .collect()
         };
-        let observed = |row: &[f64; 3]| {
+        let observed = |row: &Outputs<f64>| {
             let observed = structure.observed.iter();
-            observed.map(|&output| row[output as usize]).collect()
+            observed.map(|&output| row[output]).collect()
         };
         let mut parameters = BTreeMap::new();
         if structure.states().iter().any(|state| state == "position") {
-            parameters.insert("initial_position".into(), series.samples[0].target[2]);
+            parameters.insert(
+                "initial_position".into(),
+                series.samples[0].target[Output::Position],
+            );
         }
         Self {
             name: name.into(),
@@ -488,7 +491,15 @@ fn every_effect_simulates_as_a_modelica_model() {
         let mut model = model("valve", problem);
         model.structure = structure.clone();
         let sample = |k: usize| Sample {
-            input: [command(k), 100.0, 4.0, 60.0, 45.0, 30.0, time[k]],
+            input: Input {
+                command: command(k),
+                supply: 100.0,
+                tank: 4.0,
+                a: 60.0,
+                b: 45.0,
+                temperature: 30.0,
+                time: time[k],
+            },
             ..Sample::default()
         };
         let mut series = Series {
@@ -512,13 +523,7 @@ fn every_effect_simulates_as_a_modelica_model() {
                 .collect(),
             expected: outputs
                 .iter()
-                .map(|row| {
-                    structure
-                        .observed
-                        .iter()
-                        .map(|&o| row[o as usize])
-                        .collect()
-                })
+                .map(|row| structure.observed.iter().map(|&o| row[o]).collect())
                 .collect(),
             tolerance: match (late, smooth) {
                 (true, _) => LATE,

@@ -9,7 +9,7 @@ use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Job, Memory, PARITY, Population, Precision, Problem,
 };
-use servobee::model::Hold;
+use servobee::model::{Hold, Outputs};
 use servobee::search::{Plan, Settings, Start, fit, fit_all};
 use std::ops::ControlFlow;
 
@@ -84,7 +84,7 @@ fn many_small_jobs_at_once_cost_what_each_costs_alone() {
     // Constants of their own on data that all share.
     let problems: Vec<Problem> = (0..40)
         .map(|i| Problem {
-            scale: [1.0 + f64::from(i), 1.0, 1.0],
+            scale: Outputs([1.0 + f64::from(i), 1.0, 1.0]),
             ..problem.clone()
         })
         .collect();
@@ -296,7 +296,7 @@ fn data_stay_on_the_device() {
     let Some(mut gpu) = gpu() else { return };
     let problems = ["actuator, held", "table valve", "tones, paper"].map(|name| case(name).problem);
     let shared = Problem {
-        scale: [3.0; 3],
+        scale: Outputs::all(3.0),
         ..problems[0].clone()
     };
     let populations = [&problems[0], &problems[1], &problems[2], &shared].map(|p| random(p, 9, 7));

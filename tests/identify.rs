@@ -12,7 +12,7 @@ use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::valve::ValveForm;
-use servobee::model::{Hold, Output, Structure};
+use servobee::model::{Hold, Output, Outputs, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use sha2::{Digest, Sha256};
 use std::fs::{create_dir, read_to_string, write};
@@ -338,7 +338,7 @@ fn every_effect() -> Vec<Effect> {
     let slow = ["line_resonance", "supply_droop"];
     let bench = Structure {
         observed: vec![Output::Spool, Output::Flow],
-        valve: Some(ValveForm::linear()),
+        base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(10.0, "V")
     };
     CATALOGUE
@@ -637,8 +637,12 @@ fn planted(values: &[f64], spool_unit: Option<&str>, noise: f64) -> TempDir {
 /// The same where the command is held between two rows, or not.
 fn planted_with(values: &[f64], spool_unit: Option<&str>, noise: f64, hold: Hold) -> TempDir {
     let structure = Structure {
-        spool_unit: spool_unit.map(String::from),
         hold,
+        base: ServoValve {
+            spool_unit: spool_unit.map(String::from),
+            ..ServoValve::default()
+        }
+        .into(),
         ..Structure::actuator(10.0, "V")
     };
     let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
@@ -655,8 +659,7 @@ fn planted_with(values: &[f64], spool_unit: Option<&str>, noise: f64, hold: Hold
     series.set_steps(2e4, 1);
     let simulated = outputs(&structure, values, &series);
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let measured =
-        |row: &[f64; 3]| row[Output::Spool as usize] + noise * rng.random_range(-1.0..=1.0);
+    let measured = |row: &Outputs<f64>| row[Output::Spool] + noise * rng.random_range(-1.0..=1.0);
     let spool = simulated.iter().map(measured);
     let spool = record::Series::new(structure.unit(Output::Spool), spool.collect());
     let channels = [(Channel::Command, command), (Channel::Spool, spool)];

@@ -1,6 +1,7 @@
 //! All integration tests, in one program: `cargo test --test all`, of one file `cargo test --test all parity::`.
 
 mod bad;
+mod base_model;
 mod bees;
 mod browser;
 mod card;

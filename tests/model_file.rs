@@ -5,7 +5,7 @@ use proptest::sample::{Index, select, subsequence};
 use servobee::model::effects::CATALOGUE;
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
-use servobee::model::{Drive, Hold, Initial, Output, Parameter, Piston, Structure};
+use servobee::model::{Drive, Hold, Initial, Output, Parameter, Piston, ServoValve, Structure};
 use servobee::report::ModelFile;
 use servobee::{Error, Result};
 
@@ -26,8 +26,11 @@ fn structures() -> Vec<Structure> {
     };
     let flow = |valve: &ValveForm| Structure {
         observed: Output::ALL.into(),
-        spool_unit: Some("%".into()),
-        valve: Some(valve.clone()),
+        base: ServoValve {
+            spool_unit: Some("%".into()),
+            ..ServoValve::with(valve.clone())
+        }
+        .into(),
         ..base.clone()
     };
     vec![
@@ -38,14 +41,22 @@ fn structures() -> Vec<Structure> {
         Structure::flow_bench(table),
         Structure {
             observed: vec![Output::Position],
-            piston: Piston::Servo,
             hold: Hold::Interpolated,
             initial: Initial::Free,
+            base: ServoValve {
+                piston: Piston::Servo,
+                ..ServoValve::default()
+            }
+            .into(),
             ..Structure::actuator(1e-3, "mm")
         },
         Structure {
-            drive: Drive::Direct,
             initial: Initial::Rest,
+            base: ServoValve {
+                drive: Drive::Direct,
+                ..ServoValve::default()
+            }
+            .into(),
             ..base
         },
     ]
@@ -99,13 +110,16 @@ fn a_part_changes_the_rest_key_by_key() {
     let file = ModelFile::parse("model.toml", text).unwrap();
     let base = Structure {
         observed: vec![Output::Spool, Output::Flow],
-        valve: Some(ValveForm::table(&[0.0, 1.0, 2.0, 3.0])),
+        base: ServoValve::with(ValveForm::table(&[0.0, 1.0, 2.0, 3.0])).into(),
         ..Structure::actuator(10.0, "V")
     };
     let structure = file.structure(|| Ok(base.clone())).unwrap();
     let mut expected = base.clone();
     expected.hold = Hold::Interpolated;
-    expected.valve.as_mut().unwrap().orifices = Orifices::Six;
+    let valve = expected
+        .servo_valve_mut()
+        .and_then(|base| base.valve.as_mut());
+    valve.unwrap().orifices = Orifices::Six;
     assert_eq!(structure, expected);
     let parameters = file.parameters(structure.parameters()).unwrap();
     for (changed, before) in parameters.iter().zip(structure.parameters()) {
@@ -125,7 +139,7 @@ fn a_base_loses_the_valve_that_a_part_leaves_without_use() {
     let file = ModelFile::parse("m.toml", "structure.observed = [\"spool\"]").unwrap();
     let base = Structure {
         observed: vec![Output::Spool, Output::Flow],
-        valve: Some(ValveForm::linear()),
+        base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(10.0, "V")
     };
     let structure = file.structure(|| Ok(base)).unwrap();
@@ -250,7 +264,7 @@ fn what_is_wrong_is_named_with_its_line() {
 fn a_fluid_sets_density_and_viscosity_unless_a_parameter_does() {
     let valve = Structure {
         observed: vec![Output::Spool, Output::Flow],
-        valve: Some(ValveForm::linear()),
+        base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(10.0, "V")
     };
     let value = |text: &str, name: &str| {
@@ -335,12 +349,16 @@ fn any_structure() -> impl Strategy<Value = Structure> {
         };
         let mut structure = Structure {
             observed,
-            drive,
-            spool_unit: spool_unit.map(String::from),
-            piston,
-            reversed,
             hold,
             initial,
+            base: ServoValve {
+                drive,
+                spool_unit: spool_unit.map(String::from),
+                piston,
+                reversed,
+                ..ServoValve::default()
+            }
+            .into(),
             ..Structure::actuator(full_scale, command_unit)
         };
         let form = ValveForm {
@@ -350,7 +368,8 @@ fn any_structure() -> impl Strategy<Value = Structure> {
             meter,
             drop,
         };
-        structure.valve = structure.needs_valve().then_some(form);
+        let valve = structure.needs_valve().then_some(form);
+        structure.servo_valve_mut().unwrap().valve = valve;
         let able: Vec<_> = CATALOGUE
             .iter()
             .flat_map(|entry| entry.on(&structure))

@@ -10,6 +10,7 @@ use servobee::evaluate::problem::{Data, Series};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, STATE_LIMIT, Status, reference,
 };
+use servobee::model::Output;
 use servobee::search::Plan;
 use std::ops::ControlFlow;
 
@@ -69,14 +70,14 @@ fn inside_the_bounds_nothing_breaks() {
             };
             let values = problem.complete(candidate, |fixed| fixed);
             let rows = reference::trajectories(&problem.structure, &values, records);
-            let largest = rows
-                .iter()
-                .flatten()
-                .flatten()
-                .fold(0.0, |most: f64, value| {
-                    assert!(!value.is_nan(), "{name}: {candidate:?}");
-                    most.max(value.abs())
-                });
+            let largest =
+                rows.iter()
+                    .flatten()
+                    .flat_map(|row| row.0)
+                    .fold(0.0, |most: f64, value| {
+                        assert!(!value.is_nan(), "{name}: {candidate:?}");
+                        most.max(value.abs())
+                    });
             if cost.status == Status::Finished {
                 assert!(largest < STATE_LIMIT * STATE_LIMIT, "{name}: {candidate:?}");
             }
@@ -102,7 +103,8 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
     for (sample, row) in series.samples.iter_mut().zip(&outputs) {
         let mut noise = |size: f64| size * rng.random_range(-1.0..1.0);
         sample.weight = 1.0;
-        sample.target = [0.0, row[1] + noise(0.5), row[2] + noise(0.2)];
+        sample.target[Output::Flow] = row[Output::Flow] + noise(0.5);
+        sample.target[Output::Position] = row[Output::Position] + noise(0.2);
     }
     series.set_steps(rate, 1);
     let mut held = series.clone();

@@ -13,7 +13,7 @@ use servobee::model::effects::{
     Act, CATALOGUE, Effect, Entry, Law, Port, Scale, entry, known, register,
 };
 use servobee::model::valve::ValveForm;
-use servobee::model::{Hold, Output, Pace, Parameter, Real, Structure};
+use servobee::model::{Hold, Input, Output, Outputs, Pace, Parameter, Real, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use servobee::search::{Plan, refine};
@@ -150,15 +150,11 @@ fn problem(structure: &Structure, values: &[(&str, f64)]) -> Problem {
             .start = *value;
     }
     let sample = |k: usize| Sample {
-        input: [
-            [0.0, 6.0, -3.0, 8.0, 1.0][k / 60 % 5] + 0.02 * (k % 60) as f64,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            1e-3 * k as f64,
-        ],
+        input: Input {
+            command: [0.0, 6.0, -3.0, 8.0, 1.0][k / 60 % 5] + 0.02 * (k % 60) as f64,
+            time: 1e-3 * k as f64,
+            ..Input::default()
+        },
         weight: 1.0,
         ..Sample::default()
     };
@@ -394,7 +390,7 @@ fn more_states_than_a_structure_has_room_for_are_refused() {
     // With everything that there is nothing panics.
     let full = Structure {
         observed: Output::ALL.to_vec(),
-        valve: Some(ValveForm::linear()),
+        base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(10.0, "V")
     };
     let all = known().flat_map(|entry| entry.on(&full));
@@ -462,7 +458,10 @@ fn a_diagnosis_that_is_given_it_names_it() {
     series.set_steps(2e4, 1);
     let values: Vec<f64> = values.map(|(_, value)| value).to_vec();
     let simulated = reference::trajectories(&structure, &values, &[series]);
-    let spool = simulated[0].iter().map(|row| row[0] + noise()).collect();
+    let spool = simulated[0]
+        .iter()
+        .map(|row| row[Output::Spool] + noise())
+        .collect();
     let channels = [
         (Channel::Command, commanded),
         (Channel::Spool, record::Series::new("V", spool)),
@@ -524,13 +523,13 @@ fn an_own_cost_is_the_same_everywhere_and_forgives_outliers() {
     };
     // A little noise, and every thirtieth row is a bad one.
     for (k, sample) in all[0].samples.iter_mut().enumerate() {
-        sample.target[0] += 0.01 * ((k * 37 % 101) as f64 / 50.0 - 1.0);
+        sample.target[Output::Spool] += 0.01 * ((k * 37 % 101) as f64 / 50.0 - 1.0);
         if k % 30 == 7 {
-            sample.target[0] += 4.0;
+            sample.target[Output::Spool] += 4.0;
         }
     }
     problem.data = Data::Series(all).into();
-    problem.scale[0] = 0.01f64.powi(-2);
+    problem.scale[Output::Spool] = 0.01f64.powi(-2);
     let huber = problem.clone().with_loss::<Huber>();
     assert_equal_on_all(&huber, 2e-4);
 
@@ -557,7 +556,9 @@ fn an_own_cost_is_the_same_everywhere_and_forgives_outliers() {
         .samples
         .iter()
         .zip(&simulated[0])
-        .map(|(sample, output)| Huber::of(sample.target[0] - output[0], 0.01) / 0.01f64.powi(2))
+        .map(|(sample, output)| {
+            Huber::of(sample.target[Output::Spool] - output[Output::Spool], 0.01) / 0.01f64.powi(2)
+        })
         .sum();
     let cost = reference::cost(&huber, &candidate).unwrap();
     assert!((cost / by_hand - 1.0).abs() < 1e-9, "{cost} {by_hand}");
@@ -575,7 +576,7 @@ fn a_channel_that_counts_for_nothing_has_a_finite_size() {
     let candidate: Vec<f64> = problem.start().iter().map(|value| 1.1 * value).collect();
     for scale in [0.0, 1e-60] {
         let mut huber = problem.clone().with_loss::<Huber>();
-        huber.scale = [scale; 3];
+        huber.scale = Outputs::all(scale);
         assert!(!wgsl::physics(&huber).contains("inf"), "{scale}");
         let cost = reference::cost(&huber, &candidate).unwrap();
         assert!((0.0..1e-30).contains(&cost), "{scale}: {cost}");

@@ -13,7 +13,7 @@ use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, Status, wgsl,
 };
 use servobee::model::valve::ValveForm;
-use servobee::model::{Initial, Structure};
+use servobee::model::{Initial, Outputs, Structure};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -123,7 +123,7 @@ fn breakpoints() -> Vec<(&'static str, Problem, Population)> {
     let still = |scale: f64, levels: &[f64]| {
         let mut record = Record::new(20 * levels.len(), 2e-3, scale);
         for (k, input) in record.inputs.iter_mut().enumerate() {
-            input[0] = scale * levels[k / 20];
+            input.command = scale * levels[k / 20];
         }
         vec![record]
     };
@@ -219,7 +219,7 @@ fn a_record_of_zero_command_has_a_finite_cost() {
         let Case { problem: p, .. } = case(name);
         let record = Record::new(50, 2e-3, 0.0);
         let problem = Problem {
-            scale: [1.0; 3],
+            scale: Outputs::all(1.0),
             ..problem(p.structure, p.parameters, vec![record])
         };
         let population = anywhere(&problem, 8);
@@ -744,7 +744,7 @@ fn a_candidate_that_blows_up_in_a_late_slice_of_a_late_record_is_diverged() {
         Record::new(SLICE + 200, 4e-3, 10.0),
     ];
     for input in &mut records[1].inputs[..SLICE + 20] {
-        input[0] = 0.0;
+        input.command = 0.0;
     }
     let problem = problem(p.structure, p.parameters, records);
     let mut population = Population::single(&problem.start());

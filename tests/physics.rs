@@ -6,9 +6,10 @@ use crate::golden::Golden;
 use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
 use servobee::evaluate::simulate::{outputs, response, series};
 use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, Problem, reference};
+use servobee::model::base::Given;
 use servobee::model::orifice::{Orifice, Transition};
 use servobee::model::valve::{Drop, OrificeFlows, Orifices, Pressures, Valve, ValveForm};
-use servobee::model::{Hold, Initial, Output, Plant, Structure};
+use servobee::model::{Alone, Hold, Initial, Input, Output, Plant, ServoValve, Structure, View};
 
 /// The fastest rate inside the default bounds.
 fn default_rate() -> f64 {
@@ -23,7 +24,10 @@ fn own_rate([gain, time_constant, _]: [f64; 3]) -> f64 {
 
 fn record(time: Vec<f64>, command: &[f64]) -> Series {
     let sample = |&command: &f64| Sample {
-        input: [command, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        input: Input {
+            command,
+            ..Input::default()
+        },
         ..Sample::default()
     };
     Series {
@@ -86,7 +90,7 @@ fn actuator_follows_the_independent_solutions() {
         let mut error_at = |rate: f64, refine: u32| {
             record.set_steps(rate, refine);
             let rows = outputs(&structure, &values, &record);
-            error(rows.iter().map(|row| row[0]), &reference)
+            error(rows.iter().map(|row| row[Output::Spool]), &reference)
         };
         let default = error_at(default_rate(), 1);
         let coarse = REFINED.map(|refine| error_at(own_rate(values), refine));
@@ -111,14 +115,15 @@ fn the_way_out_of_saturation_is_the_closed_form() {
         let rows = golden.rows_where("case", &number);
         let mut record = record(rows.column("time [s]"), &rows.column("command [V]"));
         let (spool, integrator) = (rows.column("spool [V]"), rows.column("z [V]"));
-        let plant = Plant::new(&structure, &values);
+        let plant = Alone::plant(&structure, &values);
         let mut error_at = |rate: f64, refine: u32| {
             record.set_steps(rate, refine);
             let mut states = Vec::new();
-            series::<f64, 2, false>(&structure, &plant, &record, |_, state, _| {
+            let keep = |_: usize, state: &[f64], _| {
                 states.push([state[0], state[1]]);
                 true
-            });
+            };
+            series::<f64, 2, _>(&structure, &record, keep, &plant);
             let of = |i: usize, reference: &[f64]| error(states.iter().map(|s| s[i]), reference);
             of(0, &integrator).max(of(1, &spool))
         };
@@ -198,7 +203,7 @@ fn valve_flows(row: &Golden, orifices: Orifices) -> OrificeFlows<f64> {
         ..area
     };
     let fixed = [0.7, 850.0, 18.0, 1e-8, row.number("x0 [%]")];
-    let valve = Valve::new(&form, &[&fixed[..], &areas].concat());
+    let valve = Valve::new(&form, &mut Given::new(&[&fixed[..], &areas].concat()));
     let pressures = Pressures {
         supply: row.number("supply_pressure [bar]"),
         tank: row.number("return_pressure [bar]"),
@@ -252,7 +257,7 @@ fn position_is_the_integral_of_the_flow() {
         observed: Output::ALL.to_vec(),
         initial: Initial::Rest,
         // The golden valve's stroke is 80 %: a straight table.
-        valve: Some(ValveForm::table(&[0.0, 20.0, 40.0, 80.0])),
+        base: ServoValve::with(ValveForm::table(&[0.0, 20.0, 40.0, 80.0])).into(),
         ..Structure::actuator(10.0, "V")
     };
     let actuator = ["K", "T", "S"].map(|key| golden.number(key));
@@ -262,11 +267,11 @@ fn position_is_the_integral_of_the_flow() {
     let mut error_at = |rate: f64, refine: u32| {
         record.set_steps(rate, refine);
         let rows = outputs(&structure, &values, &record);
-        let of = |i: usize, column| error(rows.iter().map(|row| row[i]), &golden.column(column));
+        let of = |i, column| error(rows.iter().map(|row| row[i]), &golden.column(column));
         [
-            of(0, "spool [V]"),
-            of(1, "flow [L/min]"),
-            of(2, "position [mm]"),
+            of(Output::Spool, "spool [V]"),
+            of(Output::Flow, "flow [L/min]"),
+            of(Output::Position, "position [mm]"),
         ]
     };
     let default = error_at(default_rate(), 1);
@@ -361,7 +366,10 @@ fn every_candidate_inside_the_bounds_is_exact() {
         let error_of = |candidate: &[f64]| {
             let coarse = outputs(&structure, candidate, &coarse[0]);
             let fine = outputs(&structure, candidate, &fine[0]);
-            let errors = coarse.iter().zip(&fine).map(|(a, b)| (a[0] - b[0]).abs());
+            let errors = coarse
+                .iter()
+                .zip(&fine)
+                .map(|(a, b)| (a[Output::Spool] - b[Output::Spool]).abs());
             errors.fold(0.0, f64::max) / structure.full_scale
         };
         let mut errors: Vec<f64> = random(&problem, 3000, 8).iter().map(error_of).collect();

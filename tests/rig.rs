@@ -4,7 +4,7 @@ use crate::program::{names, off, printed, refused, rms, servobee};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;
-use servobee::model::{Output, Structure};
+use servobee::model::{Output, ServoValve, Structure};
 use servobee::record::{Channel, Record};
 use servobee::rig::{
     Command, FULL_SCALE, Form, Kind, Noise, Oddity, Outsider, Planted, Quantisation, RATED_DROP,
@@ -85,7 +85,7 @@ fn without_effects_it_is_the_model() {
         };
         let structure = Structure {
             observed: vec![Output::Spool, Output::Flow],
-            valve: Some(ValveForm::linear()),
+            base: ServoValve::with(ValveForm::linear()).into(),
             ..Structure::actuator(FULL_SCALE, "V")
         };
         let parameters = structure.parameters();
@@ -107,8 +107,8 @@ fn without_effects_it_is_the_model() {
         let simulated = outputs(&structure, &values, &series);
         let rig = setup.simulate().unwrap();
         let model = Simulation {
-            spool: simulated.iter().map(|row| row[0]).collect(),
-            flow: simulated.iter().map(|row| row[1]).collect(),
+            spool: simulated.iter().map(|row| row[Output::Spool]).collect(),
+            flow: simulated.iter().map(|row| row[Output::Flow]).collect(),
             ..rig.clone()
         };
         let off = difference(&setup, &rig, &model);

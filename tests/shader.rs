@@ -7,7 +7,7 @@ use naga::{Module, TypeInner, back};
 use servobee::evaluate::gpu::layout;
 use servobee::evaluate::problem::Data;
 use servobee::evaluate::{Loss, Problem, wgsl};
-use servobee::model::{Real, Structure};
+use servobee::model::{Outputs, Real, Structure};
 use std::collections::HashMap;
 use std::mem::{offset_of, size_of};
 use std::path::Path;
@@ -186,7 +186,7 @@ fn problems_of_one_identity_have_one_shader() {
         started.parameters[0].start *= 1.5;
         let losing = problem.clone().with_loss::<Square>();
         let mut scaled = losing.clone();
-        scaled.scale = [0.25; 3];
+        scaled.scale = Outputs::all(0.25);
         all.extend([fixed, started, losing, scaled, problem]);
     }
     let mut shaders = HashMap::new();

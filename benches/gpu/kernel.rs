@@ -4,6 +4,7 @@ use super::{Setting, differences, median, on_cpu, quantile};
 use bytemuck::{Pod, Zeroable};
 use servobee::evaluate::problem::Data;
 use servobee::evaluate::{Cost, Evaluator, PARITY, Population, Precision, Problem, workload};
+use servobee::model::Output;
 use servobee::model::leap::MOST_PARTS;
 use servobee::{Error, Result};
 use std::time::{Duration, Instant};
@@ -45,7 +46,7 @@ fn rows(problem: &Problem) -> (Vec<[f32; 2]>, f32) {
     );
     let rows = samples
         .iter()
-        .map(|s| [s.input[0] as f32, s.target[0] as f32]);
+        .map(|s| [s.input.command as f32, s.target[Output::Spool] as f32]);
     (rows.collect(), length as f32)
 }
 
@@ -223,7 +224,7 @@ impl Kernel {
             costs,
             queries,
             population: population.len(),
-            scale: problem.scale[0],
+            scale: problem.scale[Output::Spool],
             device,
             queue,
         }

@@ -3,9 +3,10 @@
 
 use crate::evaluate::problem::{Sample, Series};
 use crate::evaluate::simulate::outputs;
+use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
 use crate::model::effects::Port;
-use crate::model::valve::{AreaLaw, Drop, Meter};
-use crate::model::{Drive, Hold, Initial, Output, Parameter, Plant, Structure};
+use crate::model::valve::{AreaLaw, Drop, Meter, RATED_DROP};
+use crate::model::{Dynamics, Hold, Initial, Input, Output, Parameter, Plant, Structure};
 
 /// Pressure from P to T where the record's was measured, bar: at which servo valves are rated.
 const DROP: f64 = 70.0;
@@ -30,12 +31,10 @@ impl Bench {
             observed: vec![Output::Spool],
             ..structure.clone()
         };
-        if bench.valve.is_some() {
+        if bench.valve().is_some() {
             bench.observed.push(Output::Flow);
         }
-        if let Some(valve) = &mut bench.valve {
-            valve.meter = Meter::Load;
-        }
+        set_meter(&mut bench, Meter::Load);
         let observed = bench.observed.clone();
         bench.effects.retain(|effect| {
             let there = effect
@@ -56,9 +55,7 @@ impl Bench {
     /// The same valve with its flow measured in the pressure line.
     pub(super) fn with_flow_of_supply(&self) -> Self {
         let mut bench = self.clone();
-        if let Some(valve) = &mut bench.structure.valve {
-            valve.meter = Meter::Supply;
-        }
+        set_meter(&mut bench.structure, Meter::Supply);
         bench
     }
 
@@ -70,9 +67,9 @@ impl Bench {
 
     /// Gain, time constant and saturation, where an actuator moves the spool.
     pub(super) fn actuator(&self) -> Option<[f64; 3]> {
-        let moves = self.structure.drive == Drive::Actuator;
+        let moves = self.structure.has(Port::Actuator);
         moves.then(|| {
-            ["gain", "time_constant", "saturation"]
+            [GAIN, TIME_CONSTANT, SATURATION]
                 .map(|name| self.value(name).expect("an actuator has all three"))
         })
     }
@@ -104,16 +101,16 @@ impl Bench {
 
     /// The pressure from P to T, bar, where there is a valve.
     pub(super) fn drop(&self) -> Option<f64> {
-        let valve = self.structure.valve.as_ref()?;
+        let valve = self.structure.valve()?;
         match valve.drop {
-            Drop::Rated => self.value("rated_drop"),
+            Drop::Rated => self.value(RATED_DROP),
             Drop::Supply | Drop::Ports => Some(DROP),
         }
     }
 
     /// The opening up to which both sides' areas are known, %: beyond the last of a table they are taken as constant.
     pub(super) fn reach(&self) -> f64 {
-        match self.structure.valve.as_ref().map(|valve| &valve.area) {
+        match self.structure.valve().map(|valve| &valve.area) {
             Some(AreaLaw::Table(openings)) => openings[openings.len() - 1],
             Some(AreaLaw::Signed(openings)) => openings[openings.len() - 1].min(-openings[0]),
             Some(AreaLaw::Linear) | None => f64::INFINITY,
@@ -142,16 +139,14 @@ impl Bench {
 
     /// Spool and flow at each `time` at which one of `commands` is given.
     fn simulate(&self, commands: &[f64], time: Vec<f64>) -> Vec<[f64; 2]> {
-        let input = |command, time| {
-            [
-                command,
-                DROP,
-                0.0,
-                DROP / 2.0,
-                DROP / 2.0,
-                TEMPERATURE,
-                time,
-            ]
+        let input = |command, time| Input {
+            command,
+            supply: DROP,
+            tank: 0.0,
+            a: DROP / 2.0,
+            b: DROP / 2.0,
+            temperature: TEMPERATURE,
+            time,
         };
         let sample = |(&command, &time): (&f64, &f64)| Sample {
             input: input(command, time),
@@ -167,6 +162,15 @@ impl Bench {
         record.set_steps(self.structure.fastest_rate(&parameters), 1);
         let values: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
         let rows = outputs(&self.structure, &values, &record);
-        rows.iter().map(|row| [row[0], row[1]]).collect()
+        rows.iter()
+            .map(|row| [row[Output::Spool], row[Output::Flow]])
+            .collect()
+    }
+}
+
+fn set_meter(structure: &mut Structure, meter: Meter) {
+    let base = structure.servo_valve_mut();
+    if let Some(valve) = base.and_then(|base| base.valve.as_mut()) {
+        valve.meter = meter;
     }
 }

@@ -34,7 +34,7 @@ impl Cycle {
         let commands: Vec<f64> = up.chain(down).chain(again).collect();
         let interval = SETTLING.0.max(SETTLING.1 * bench.slowest()) + 2.0 * bench.delay();
         let outputs = bench.settled(&commands, interval);
-        let output = usize::from(bench.structure.valve.is_some());
+        let output = usize::from(bench.structure.valve().is_some());
         let points: Vec<[f64; 2]> = commands
             .iter()
             .zip(&outputs)

@@ -22,7 +22,7 @@ impl Tests {
         let full_scale = bench.structure.full_scale;
         let cycle = Cycle::of(bench);
         let figures = cycle.figures(full_scale);
-        let valve = bench.structure.valve.as_ref();
+        let valve = bench.structure.valve();
         let leakage = valve
             .and(figures.as_ref())
             .map(|figures| leakage(bench, figures.null));

@@ -188,8 +188,8 @@ fn tell_of(fingerprint: &mut Fingerprint, series: &Series) {
     fingerprint.text(&series.name).values(&series.time);
     for sample in &series.samples {
         fingerprint
-            .values(&sample.input)
-            .values(&sample.target)
+            .values(&sample.input.numbers())
+            .values(&sample.target.0)
             .values(&[sample.weight]);
     }
 }
@@ -510,11 +510,10 @@ fn residual_csv(identified: &Identified) -> String {
                 }
                 text += &format!("{name},{part},{}", series.time[row]);
                 for &output in &structure.observed {
-                    let i = output as usize;
                     let (measured, old, new) = (
-                        sample.target[i],
-                        old.simulated[row][i],
-                        new.simulated[row][i],
+                        sample.target[output],
+                        old.simulated[row][output],
+                        new.simulated[row][output],
                     );
                     text += &format!(",{measured},{old},{new}");
                 }

@@ -4,7 +4,7 @@ use super::colour;
 use super::table::{number, table};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{STATE_LIMIT, Score, simulate};
-use servobee::model::Structure;
+use servobee::model::{Outputs, Structure};
 use servobee::record::{Mapping, Record, check_mappings};
 use servobee::report::{ModelFile, OutputFile};
 use servobee::{Error, Result};
@@ -59,7 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let outputs = simulate::outputs(&structure, &values, &series);
         match outputs
             .iter()
-            .position(|row| !row.iter().all(|y| y.abs() < STATE_LIMIT))
+            .position(|row| !row.0.iter().all(|y| y.abs() < STATE_LIMIT))
         {
             None => Ok(outputs),
             Some(row) => Err(Error::failed(
@@ -85,17 +85,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 fn comparison(
     structure: &Structure,
     record: &Record,
-    outputs: &[[f64; 3]],
-    finer: &[[f64; 3]],
+    outputs: &[Outputs<f64>],
+    finer: &[Outputs<f64>],
 ) -> String {
     let heads = ["channel", "unit", "RMSE", "fit %", "integration error"];
     let mut rows = Vec::new();
     for &output in &structure.observed {
-        let own = |rows: &[[f64; 3]]| -> Vec<f64> {
-            rows.iter().map(|row| row[output as usize]).collect()
-        };
+        let own =
+            |rows: &[Outputs<f64>]| -> Vec<f64> { rows.iter().map(|row| row[output]).collect() };
         let (outputs, finer) = (own(outputs), own(finer));
-        let score = record.get(output.into()).map(|measured| {
+        let score = record.get(output.channel()).map(|measured| {
             Score::new(measured.values.iter().copied().zip(outputs.iter().copied()))
         });
         let fit = score.and_then(|score| score.fit_percent);
@@ -115,7 +114,7 @@ fn comparison(
 }
 
 /// Time, command, and every observed output: measured, where it is, and simulated.
-fn csv(structure: &Structure, record: &Record, outputs: &[[f64; 3]]) -> String {
+fn csv(structure: &Structure, record: &Record, outputs: &[Outputs<f64>]) -> String {
     let command = record.command();
     let mut columns = vec![
         ("time [s]".to_string(), record.time().to_vec()),
@@ -126,13 +125,13 @@ fn csv(structure: &Structure, record: &Record, outputs: &[[f64; 3]]) -> String {
     ];
     for &output in &structure.observed {
         let unit = structure.unit(output);
-        if let Some(measured) = record.get(output.into()) {
+        if let Some(measured) = record.get(output.channel()) {
             columns.push((
                 format!("{} [{unit}]", output.name()),
                 measured.values.clone(),
             ));
         }
-        let simulated = outputs.iter().map(|row| row[output as usize]).collect();
+        let simulated = outputs.iter().map(|row| row[output]).collect();
         columns.push((format!("simulated_{} [{unit}]", output.name()), simulated));
     }
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();

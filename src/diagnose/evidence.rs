@@ -8,7 +8,7 @@ use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, Fingerprint, Memory, reference};
 use crate::model::effects::{Effect, Scale};
-use crate::model::{Output, Parameter, Signal, Structure};
+use crate::model::{Output, Outputs, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions};
 use crate::search::{self, Bees, Settings, Swarm, polish_on_data};
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ pub(super) struct Evidence {
     /// Held out.
     pub(super) hold_out: Arc<Data>,
     /// One over the noise variance of each output.
-    pub(super) scale: [f64; 3],
+    pub(super) scale: Outputs<f64>,
     /// How large things are.
     pub(super) sizes: Scale,
     /// The base model's parameters with their bounds, those of known effects among them.
@@ -152,7 +152,7 @@ impl Evidence {
         let rows = self.starts(Side::Fit).get(1).copied();
         for (output, residual) in model.structure().observed.iter().zip(&model.fit) {
             let first = &residual[..rows.unwrap_or(residual.len())];
-            self.sizes.lines[*output as usize] = strongest_line(first, self.sizes.interval);
+            self.sizes.lines[*output] = strongest_line(first, self.sizes.interval);
         }
     }
 
@@ -278,13 +278,12 @@ impl Evidence {
         let records = self.records(side);
         let simulated = reference::trajectories(&problem.structure, &values, records);
         let one = |&output: &Output| {
-            let index = output as usize;
             let mut channel = Vec::new();
             for (record, rows) in records.iter().zip(&simulated) {
                 for (sample, outputs) in record.samples.iter().zip(rows) {
                     if sample.weight > 0.0 {
-                        let error = sample.target[index] - outputs[index];
-                        channel.push(error * self.scale[index].sqrt());
+                        let error = sample.target[output] - outputs[output];
+                        channel.push(error * self.scale[output].sqrt());
                     }
                 }
             }
@@ -308,9 +307,9 @@ pub(super) fn set_start(problem: &mut Problem, values: &[f64]) {
 mod tests {
     use super::*;
     use crate::evaluate::scale_of;
-    use crate::model::FreeForm;
     use crate::model::effects::{CATALOGUE, Port};
     use crate::model::valve::ValveForm;
+    use crate::model::{FreeForm, ServoValve};
     use crate::record::{self, Channel, Record};
 
     /// A spool with its flow, and a piston with the flow that moves it: every effect acts on one of them.
@@ -321,7 +320,7 @@ mod tests {
         ]
         .map(|observed| Structure {
             observed,
-            valve: Some(ValveForm::linear()),
+            base: ServoValve::with(ValveForm::linear()).into(),
             ..Structure::actuator(10.0, "V")
         })
     }
@@ -340,7 +339,7 @@ mod tests {
         .map(|(channel, unit, most)| (channel, record::Series::new(unit, values(most))));
         let record = Record::new("run", time.clone(), channels).unwrap();
         let mut sizes = scale_of(structure, &[record]);
-        sizes.lines = [Some(37.0); 3];
+        sizes.lines = Outputs::all(Some(37.0));
         let mut base = structure.parameters_at(&sizes);
         for (i, parameter) in base.iter_mut().enumerate() {
             let share = 0.3 + 1e-3 * i as f64;
@@ -353,7 +352,7 @@ mod tests {
         Evidence {
             fit: nothing.clone(),
             hold_out: nothing,
-            scale: [1.0; 3],
+            scale: Outputs::all(1.0),
             sizes,
             base,
             seed: 1,

@@ -6,7 +6,7 @@ use super::linear::{Basis, dot};
 use super::signals::Signals;
 use crate::evaluate::{Fingerprint, Problem};
 use crate::model::effects::Port;
-use crate::model::{Drive, FreeForm, Signal};
+use crate::model::{FreeForm, Signal};
 use rayon::prelude::*;
 
 /// Knots of a curve: enough for a dead band and two bends, few enough to be seen through the noise.
@@ -84,11 +84,11 @@ pub(super) fn found(base: &Model, model: &Model, fitted: &Fitted) -> Option<Foun
 fn places(evidence: &Evidence, base: &Model) -> Vec<FreeForm> {
     let structure = base.structure();
     let mut places = vec![(Port::Command, Signal::Command, None)];
-    if structure.drive == Drive::Actuator {
+    if structure.has(Port::Actuator) {
         places.push((Port::Actuator, Signal::Spool, None));
         places.push((Port::Actuator, Signal::Speed, None));
     }
-    if structure.valve.is_some() {
+    if structure.has(Port::Area) {
         places.push((Port::Area, Signal::Spool, None));
     }
     for &output in &structure.observed {

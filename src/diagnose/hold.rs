@@ -111,7 +111,7 @@ fn residuals(
     let structure = &problem.structure;
     let compared = Compared::all(structure, values, &measurements.fit);
     let channel = |&output: &Output| -> Vec<f64> {
-        let noise = problem.scale[output as usize].sqrt();
+        let noise = problem.scale[output].sqrt();
         let rows = compared.iter().flat_map(|compared| compared.rows(output));
         rows.map(|row| noise * (row.1 - row.2)).collect()
     };

@@ -14,7 +14,7 @@ use super::{improvement, noise_floor, remaining};
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Interrupt, Problem, Score, reference};
 use crate::model::effects::{CATALOGUE, Effect, Entry, Scale};
-use crate::model::{Output, Structure};
+use crate::model::{Input, Output, Outputs, Structure};
 use crate::search::polish::PolishOptions;
 use crate::search::{Fit, Plan, fit, refine};
 use crate::{Error, Result};
@@ -200,7 +200,7 @@ pub fn identify(
         parameters,
         Data::Series(measurements.fit.clone()),
     );
-    problem.scale = Output::ALL.map(|output| 1.0 / variance(&measurements.fit, output));
+    problem.scale = Outputs::from_fn(|output| 1.0 / variance(&measurements.fit, output));
     stage.begins("base model");
     let found = fit(&problem, evaluator, plan, &mut |done| {
         stage.generation(done)
@@ -281,7 +281,7 @@ impl Diagnosis<'_> {
         let mut evaluations = 0;
         for output in Output::ALL {
             let range = variance(&measurements.fit, output).sqrt();
-            problem.scale[output as usize] = match noise.get(output.name()) {
+            problem.scale[output] = match noise.get(output.name()) {
                 Some(noise) => noise.value.max(SMALLEST_NOISE * range).powi(-2),
                 None => 0.0,
             };
@@ -548,7 +548,7 @@ impl Fitted {
         let (coarse, fine) = (records(&self.problem), records(&self.problem.refined(2)));
         let change = |&output: &Output| {
             let pairs = coarse.iter().flatten().zip(fine.iter().flatten());
-            let change = pairs.map(|(a, b)| (a[output as usize] - b[output as usize]).abs());
+            let change = pairs.map(|(a, b)| (a[output] - b[output]).abs());
             (output.name().to_owned(), change.fold(0.0, f64::max))
         };
         structure.observed.iter().map(change).collect()
@@ -682,8 +682,9 @@ pub(super) struct Known {
 
 impl Known {
     pub(super) fn new(fitted: &[Compared]) -> Self {
+        type Row = (f64, Input<f64>, Outputs<f64>);
         let mut starts = Vec::new();
-        let mut rows: Vec<(f64, [f64; 7], [f64; 3])> = Vec::new();
+        let mut rows: Vec<Row> = Vec::new();
         for compared in fitted {
             starts.push(rows.len());
             let series = compared.series;
@@ -695,23 +696,25 @@ impl Known {
             let counted = all.filter(|((_, sample), _)| sample.weight > 0.0);
             rows.extend(counted.map(|((time, sample), outputs)| (*time, sample.input, *outputs)));
         }
-        type Row = (f64, [f64; 7], [f64; 3]);
         let signal = |f: fn(&Row) -> f64| rows.iter().map(f).collect::<Vec<f64>>();
         let signals = vec![
-            ("simulated spool", signal(|row| row.2[0])),
-            ("flow^2", signal(|row| row.2[1] * row.2[1].abs())),
-            ("supply pressure", signal(|row| row.1[1])),
-            ("load pressure", signal(|row| row.1[3] - row.1[4])),
+            ("simulated spool", signal(|row| row.2[Output::Spool])),
+            (
+                "flow^2",
+                signal(|row| row.2[Output::Flow] * row.2[Output::Flow].abs()),
+            ),
+            ("supply pressure", signal(|row| row.1.supply)),
+            ("load pressure", signal(|row| row.1.a - row.1.b)),
             (
                 "spool times pressure drop",
-                signal(|row| row.2[0] * (row.1[1] - row.1[2])),
+                signal(|row| row.2[Output::Spool] * (row.1.supply - row.1.tank)),
             ),
-            ("temperature", signal(|row| row.1[5])),
+            ("temperature", signal(|row| row.1.temperature)),
         ];
         Self {
             starts,
             time: signal(|row| row.0),
-            command: signal(|row| row.1[0]),
+            command: signal(|row| row.1.command),
             // A signal that was not measured is zero throughout.
             signals: signals
                 .into_iter()
@@ -727,7 +730,7 @@ fn variance(records: &[Series], output: Output) -> f64 {
         records
             .iter()
             .flat_map(|record| &record.samples)
-            .map(|sample| sample.target[output as usize])
+            .map(|sample| sample.target[output])
     };
     let count = values().count() as f64;
     let mean = values().sum::<f64>() / count;

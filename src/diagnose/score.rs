@@ -2,7 +2,7 @@
 
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Score, reference};
-use crate::model::{Output, Structure};
+use crate::model::{Output, Outputs, Structure};
 use std::collections::BTreeMap;
 
 /// A record beside its simulation.
@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 pub struct Compared<'a> {
     /// The record.
     pub series: &'a Series,
-    /// The simulated outputs of every row, in the order of [`Output::ALL`].
-    pub simulated: Vec<[f64; 3]>,
+    /// The simulated outputs of every row.
+    pub simulated: Vec<Outputs<f64>>,
 }
 
 impl<'a> Compared<'a> {
@@ -27,7 +27,6 @@ impl<'a> Compared<'a> {
 
     /// (command, measured, simulated) of an output in the rows that count.
     pub fn rows(&self, output: Output) -> impl Iterator<Item = (f64, f64, f64)> + Clone {
-        let index = output as usize;
         let counted = self
             .series
             .samples
@@ -35,7 +34,11 @@ impl<'a> Compared<'a> {
             .zip(&self.simulated)
             .filter(|(sample, _)| sample.weight > 0.0);
         counted.map(move |(sample, simulated)| {
-            (sample.input[0], sample.target[index], simulated[index])
+            (
+                sample.input.command,
+                sample.target[output],
+                simulated[output],
+            )
         })
     }
 }

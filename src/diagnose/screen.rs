@@ -316,7 +316,7 @@ fn chances(
     gains: &[f64],
 ) -> Option<Vec<Chance>> {
     let starts = evidence.starts(Side::Fit);
-    let channels = evidence.scale.iter().filter(|s| **s > 0.0).count().max(1);
+    let channels = evidence.scale.0.iter().filter(|s| **s > 0.0).count().max(1);
     let block = super::bootstrap::block_length(residual, &[0]).max(20 * channels);
     let edges: Vec<usize> = edges(residual.len(), &starts, channels, block);
     let blocks = edges.len() - 1;

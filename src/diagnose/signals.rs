@@ -11,7 +11,9 @@ impl Signals {
     pub(super) fn new(evidence: &Evidence, base: &Model) -> Self {
         let mut structure = base.structure().clone();
         // The spool in the unit of the command, whatever is measured and whatever its sensor adds.
-        structure.spool_unit = None;
+        if let Some(base) = structure.servo_valve_mut() {
+            base.spool_unit = None;
+        }
         structure.observed = vec![Output::Spool];
         structure.effects.retain(|effect| effect.output.is_none());
         structure.free_form = structure.free_form.filter(|form| form.output.is_none());
@@ -32,12 +34,11 @@ impl Signals {
                 let (before, after) = (k.saturating_sub(1), (k + 1).min(rows.len() - 1));
                 let seconds = record.time[after] - record.time[before];
                 let sample = &record.samples[k];
-                let speed = (rows[after][0] - rows[before][0]) / seconds.max(f64::MIN_POSITIVE);
-                for (signal, value) in
-                    signals
-                        .iter_mut()
-                        .zip([sample.input[0], rows[k][0], speed, sample.input[6]])
-                {
+                let speed = (rows[after][Output::Spool] - rows[before][Output::Spool])
+                    / seconds.max(f64::MIN_POSITIVE);
+                let spool = rows[k][Output::Spool];
+                let values = [sample.input.command, spool, speed, sample.input.time];
+                for (signal, value) in signals.iter_mut().zip(values) {
                     signal.push(value);
                 }
             }
@@ -56,8 +57,8 @@ mod tests {
     use crate::diagnose::simulated;
     use crate::evaluate::Memory;
     use crate::evaluate::problem::{Data, Problem, Sample, Series};
-    use crate::model::Structure;
     use crate::model::effects::Effect;
+    use crate::model::{Input, Outputs, Structure};
     use std::sync::Arc;
 
     #[test]
@@ -65,7 +66,11 @@ mod tests {
         let command = simulated::command(800);
         let time: Vec<f64> = (0..800).map(|k| 1e-3 * f64::from(k)).collect();
         let sample = |(&command, &time): (&f64, &f64)| Sample {
-            input: [command, 0.0, 0.0, 0.0, 0.0, 0.0, time],
+            input: Input {
+                command,
+                time,
+                ..Input::default()
+            },
             weight: 1.0,
             ..Sample::default()
         };
@@ -86,7 +91,7 @@ mod tests {
             let evidence = Evidence {
                 fit: data.clone(),
                 hold_out: data.clone(),
-                scale: [1.0; 3],
+                scale: Outputs::all(1.0),
                 sizes: structure.generic_scale(),
                 base: parameters.clone(),
                 seed: 1,

@@ -90,10 +90,9 @@ impl Unexcited {
         let mut most = 0;
         for (low, high) in simulated(flat.low).iter().zip(simulated(flat.high)) {
             let differs = |row: &usize| {
-                let apart = |output: &Output| {
-                    let i = *output as usize;
-                    let change = low.simulated[*row][i] - high.simulated[*row][i];
-                    change * change * problem.scale[i] > 1.0
+                let apart = |&output: &Output| {
+                    let change = low.simulated[*row][output] - high.simulated[*row][output];
+                    change * change * problem.scale[output] > 1.0
                 };
                 low.series.samples[*row].weight > 0.0
                     && problem.structure.observed.iter().any(apart)

@@ -35,7 +35,7 @@ impl<'a, R: Valued> Arrival<'a, R> {
         let at = |first: f64, more: usize| {
             let last = self.series.samples.len() - 1;
             let row = (first + (piece + more) as f64).max(0.0) as usize;
-            self.series.samples[row.min(last)].input[0]
+            self.series.samples[row.min(last)].input.command
         };
         let change = self.first.look_up(|first| {
             // Before the first row the command has always been what it is there.
@@ -177,6 +177,7 @@ fn most_in_a_window(times: &[f64], length: f64) -> u32 {
 mod tests {
     use super::*;
     use crate::evaluate::problem::Sample;
+    use crate::model::Input;
 
     fn series(time: &[f64]) -> Series {
         let mut series = Series {
@@ -186,7 +187,10 @@ mod tests {
                 .iter()
                 .enumerate()
                 .map(|(k, _)| Sample {
-                    input: [k as f64, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                    input: Input {
+                        command: k as f64,
+                        ..Input::default()
+                    },
                     ..Sample::default()
                 })
                 .collect(),

@@ -56,7 +56,7 @@ impl Fingerprint {
         } = problem;
         let loss = loss.map(|loss| loss.name());
         self.text(&format!("{structure:?} {parameters:?} {loss:?}"));
-        self.values(scale);
+        self.values(&scale.0);
         match &**data {
             Data::Series(records) => {
                 for record in records {

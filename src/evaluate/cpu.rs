@@ -7,7 +7,7 @@ use super::{Cost, Evaluator, Job, Population};
 use crate::Result;
 use crate::model::real::reading::Wide;
 use crate::model::real::{Element, Lanes};
-use crate::model::{Plant, Real};
+use crate::model::{Alone, Outputs, Real, View};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::marker::PhantomData;
@@ -181,40 +181,42 @@ impl<E: Element> Batch<'_, E> {
     }
 }
 
-fn in_time<E: Element, const N: usize, const EFFECTS: bool>(
+fn in_time<E: Element, const N: usize, V: View>(
     batch: &Batch<'_, E>,
     all: &[Series],
     instructions: Arch,
 ) -> Option<Vec<Cost>> {
-    with_vectors(instructions, InTime::<E, N, EFFECTS> { batch, all })
+    let view = PhantomData::<V>;
+    with_vectors(instructions, InTime::<E, N, V> { batch, all, view })
 }
 
 /// A batch on records in time, of a structure with room for `N` states.
-struct InTime<'a, E, const N: usize, const EFFECTS: bool> {
+struct InTime<'a, E, const N: usize, V> {
     batch: &'a Batch<'a, E>,
     all: &'a [Series],
+    view: PhantomData<V>,
 }
 
-impl<E: Element, const N: usize, const EFFECTS: bool> WithSimd for InTime<'_, E, N, EFFECTS> {
+impl<E: Element, const N: usize, V: View> WithSimd for InTime<'_, E, N, V> {
     type Output = Vec<Cost>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<Cost> {
         let problem = self.batch.problem;
         let mut lanes = Lockstep::<E, S>::new(self.batch);
-        let plant = lanes.plant();
-        let mut sums = vec![[0.0; 3]; lanes.count];
+        let plant = lanes.plant::<V>();
+        let mut sums = vec![Outputs::all(0.0); lanes.count];
         let loss = problem.own_loss();
         for series in self.all {
-            let add = |slice: [Wide<E, S>; 3]| {
-                for (output, part) in slice.iter().enumerate() {
+            let add = |slice: Outputs<Wide<E, S>>| {
+                for (output, part) in slice.iter() {
                     for (sum, &lane) in sums.iter_mut().zip(part.lanes()) {
                         sum[output] += lane.into();
                     }
                 }
             };
             let watch = |state: &[Wide<E, S>]| watch(&mut lanes.diverged, state);
-            squares::<_, N, EFFECTS>(&problem.structure, &plant, series, loss, add, watch);
+            squares::<_, N, _>(&problem.structure, series, loss, add, watch, &plant);
         }
         let costs = sums.into_iter().map(|sums| problem.cost_of_squares(sums));
         lanes.judged(costs)
@@ -233,7 +235,7 @@ impl<E: Element> WithSimd for OnTones<'_, E> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<Cost> {
         let mut lanes = Lockstep::<E, S>::new(self.batch);
-        let plant = lanes.plant();
+        let plant = lanes.plant::<Alone>();
         // A loop, not an iterator's closure: only what is inlined here is compiled for the wide vectors.
         let mut responses = Vec::with_capacity(self.tones.len());
         for tone in self.tones {
@@ -281,9 +283,9 @@ impl<'a, E: Element, S: Simd> Lockstep<'a, E, S> {
     }
 
     #[inline(always)]
-    fn plant(&self) -> Plant<Wide<E, S>> {
+    fn plant<V: View>(&self) -> V::Plant<Wide<E, S>> {
         let values = self.problem.complete(&self.free, Lanes::constant);
-        Plant::new(&self.problem.structure, &values)
+        V::plant(&self.problem.structure, &values)
     }
 
     fn judged(&self, costs: impl Iterator<Item = f64>) -> Vec<Cost> {

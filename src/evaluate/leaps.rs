@@ -2,19 +2,19 @@
 
 use super::arrival::Arrival;
 use super::problem::Sample;
+use crate::model::actuator::Actuator;
 use crate::model::leap::{MOST_PARTS, Place, Stride};
-use crate::model::{Plant, Valued};
+use crate::model::{Dynamics, Valued};
 
 /// Moves the spool of `state` by one leap, in which the command begins at `command` and changes by `ramp` a second.
 #[inline(always)]
 fn leap<R: Valued>(
-    plant: &Plant<R>,
+    actuator: &Actuator<R>,
     stride: &Stride<R>,
     state: &mut [R],
     command: R,
     ramp: Option<R>,
 ) {
-    let actuator = plant.actuator();
     let from = Place {
         integrator: state[0],
         spool: state[1],
@@ -53,7 +53,7 @@ fn leap<R: Valued>(
 )]
 #[inline(always)]
 pub(super) fn travel<R: Valued>(
-    plant: &Plant<R>,
+    actuator: &Actuator<R>,
     stride: &Stride<R>,
     state: &mut [R],
     command: R,
@@ -71,30 +71,15 @@ pub(super) fn travel<R: Valued>(
             None => None,
             Some(ramp) => Some(R::constant(ramp)),
         };
-        leap(plant, stride, state, now, ramp);
+        leap(actuator, stride, state, now, ramp);
     }
-}
-
-/// The same as a function of its own.
-#[inline(always)]
-pub(super) fn travel_outlined<R: Valued>(
-    plant: &Plant<R>,
-    stride: &Stride<R>,
-    state: &mut [R],
-    command: R,
-    change: Option<f64>,
-    sample: &Sample,
-) {
-    R::outlined(
-        #[inline(always)]
-        || travel(plant, stride, state, command, change, sample),
-    );
 }
 
 /// The same while held commands arrive late; `command` is the one that acts at the row.
 #[inline(always)]
-pub(super) fn travel_late<R: Valued>(
-    plant: &Plant<R>,
+pub(super) fn travel_late<R: Valued, D: Dynamics<R>>(
+    plant: &D,
+    actuator: &Actuator<R>,
     state: &mut [R],
     command: R,
     sample: &Sample,
@@ -102,13 +87,14 @@ pub(super) fn travel_late<R: Valued>(
 ) {
     R::outlined(
         #[inline(always)]
-        || travel_late_inline(plant, state, command, sample, arrival),
+        || travel_late_inline(plant, actuator, state, command, sample, arrival),
     );
 }
 
 #[inline(always)]
-fn travel_late_inline<R: Valued>(
-    plant: &Plant<R>,
+fn travel_late_inline<R: Valued, D: Dynamics<R>>(
+    plant: &D,
+    actuator: &Actuator<R>,
     state: &mut [R],
     mut command: R,
     sample: &Sample,
@@ -127,9 +113,9 @@ fn travel_late_inline<R: Valued>(
             late = arrival.held_in(piece, late);
             command = plant.command(state, late);
         }
-        let stride = plant.actuator().stride(end - begin);
+        let stride = actuator.stride(end - begin);
         for _ in 0..count {
-            leap(plant, &stride, state, command, None);
+            leap(actuator, &stride, state, command, None);
         }
         begin = end;
     }
@@ -138,8 +124,8 @@ fn travel_late_inline<R: Valued>(
 #[cfg(test)]
 mod tests {
     use super::leap;
+    use crate::model::actuator::Actuator;
     use crate::model::leap::STEPS_OF_A_LEAP;
-    use crate::model::{Plant, Structure};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -148,7 +134,6 @@ mod tests {
 
     #[test]
     fn a_leap_goes_where_many_small_steps_go() {
-        let structure = Structure::actuator(10.0, "V");
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut errors = Vec::new();
         for number in 0..4000 {
@@ -157,18 +142,18 @@ mod tests {
             let gain = 0.25 / (damping * damping * lag);
             let fastest = lag.min((lag / gain).sqrt());
             let length = log(0.05, 1.0) * 0.7 * f64::from(STEPS_OF_A_LEAP) * fastest;
-            let plant = Plant::new(&structure, &[gain, lag, 1.0]);
+            let actuator = Actuator::new(gain, lag, 1.0);
             // Around the edges of the saturation, on both sides of them.
             let mut any = |largest: f64| rng.random_range(-largest..largest);
             let (command, spool, ahead) = (any(3.0), any(1.0), any(2.0) * gain * lag);
             let ramp = (number % 2 == 0).then(|| any(1.5) * gain);
             let mut leapt = [spool + ahead, spool];
-            let stride = plant.actuator().stride(length);
-            leap(&plant, &stride, &mut leapt, command, ramp);
+            let stride = actuator.stride(length);
+            leap(&actuator, &stride, &mut leapt, command, ramp);
 
             let speed = |[z, x]: [f64; 2], time: f64| {
                 let command = command + ramp.unwrap_or(0.0) * time;
-                let (z, x) = plant.actuator().derivative(z, x, command);
+                let (z, x) = actuator.derivative(z, x, command);
                 [z, x]
             };
             let step = length / f64::from(STEPS);

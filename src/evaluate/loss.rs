@@ -1,7 +1,7 @@
 //! What an error costs, where that is not its square.
 
-use crate::model::Real;
 use crate::model::real::reading::{Readings, for_number, reading};
+use crate::model::{Outputs, Real};
 
 /// What an error costs, for every kind of number: see [`Problem::with_loss`](super::Problem::with_loss).
 pub trait Loss: 'static {
@@ -12,7 +12,7 @@ pub trait Loss: 'static {
 }
 
 /// A loss as a function of one kind of number, and the size of each output's noise.
-pub type SizedLoss<R> = (fn(R, R) -> R, [f64; 3]);
+pub type SizedLoss<R> = (fn(R, R) -> R, Outputs<f64>);
 
 /// A [`Loss`] that a problem has: see [`Problem::with_loss`](super::Problem::with_loss).
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,6 @@
 //! Evaluators: the costs of a whole population at once, on the CPU or on the GPU.
 
 mod arrival;
-mod base;
 #[doc(hidden)]
 pub mod checkpoint;
 mod choose;
@@ -28,8 +27,8 @@ pub mod wgsl;
 #[doc(hidden)]
 pub mod workload;
 
+pub use crate::model::base::servo_valve::{parameters_for, scale_of, structure_for};
 pub(crate) use arrival::JITTER;
-pub use base::{parameters_for, scale_of, structure_for};
 pub use checkpoint::{Checkpoint, Fingerprint, Memory, Remembering};
 pub use choose::{Choice, Chosen, choose};
 pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};

@@ -3,7 +3,9 @@
 use crate::model::integrate::advance;
 use crate::model::leap::{Place, Stride};
 use crate::model::real::trace::Trace;
-use crate::model::{Hold, Input, MOST_STATES, Plant, Real, Structure, real::Traced};
+use crate::model::{
+    Dynamics, Hold, Input, MOST_STATES, Output, Outputs, Plant, Real, Structure, real::Traced,
+};
 
 /// What a traced function takes or returns. In the text, `plant.gain` is the field `gain` of the argument `plant`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,8 +26,8 @@ pub enum Kind {
     Leap,
 }
 
-/// The fields of an input, in the order of [`Input::new`].
-pub const INPUTS: [&str; 7] = ["command", "supply", "tank", "a", "b", "temperature", "time"];
+/// The fields of an input.
+pub const INPUTS: [&str; Input::<f64>::COUNT] = Input::<f64>::NAMES;
 /// The fields of a leap.
 pub const LEAP: [&str; 3] = ["integrator", "spool", "more"];
 
@@ -98,7 +100,7 @@ fn traced(
     let plant = Plant::new(structure, values);
     trace.seal();
 
-    let input = |name: &str| Input::new(INPUTS.map(|field| trace.read(format!("{name}.{field}"))));
+    let input = |name: &str| Input::from_names(|field| trace.read(format!("{name}.{field}")));
     let mut state = [Traced::constant(0.0); MOST_STATES];
     for (i, name) in names.iter().enumerate() {
         state[i] = trace.read(format!("state.{name}"));
@@ -108,12 +110,14 @@ fn traced(
     let step = trace.read("step");
     let arrived = trace.read("arrived");
 
-    let initial = plant.initial::<MOST_STATES, true>(&now, position);
+    let mut measured = Outputs::all(Traced::constant(0.0));
+    measured[Output::Position] = position;
+    let initial: [Traced; MOST_STATES] = plant.initial(&now, &measured);
     let mut remembered = state;
     let command = plant.command(&mut remembered, arrived);
     let delay = plant.delay().unwrap_or(Traced::constant(0.0));
-    let observed = plant.observe::<true>(&state, &now);
-    let moved = advance::<Traced, MOST_STATES, true>(
+    let observed = plant.observe(&state, &now);
+    let moved = advance::<Traced, MOST_STATES, _>(
         &plant,
         state,
         [&input("start"), &input("middle"), &input("end")],
@@ -158,7 +162,7 @@ fn traced(
             "observe",
             &[PLANT, STATE, INPUT],
             Kind::Outputs,
-            observed.to_vec(),
+            observed.0.to_vec(),
         ),
         function(
             "advance",
@@ -175,8 +179,7 @@ fn traced(
         ),
     ];
     if leaps {
-        let interpolated = structure.hold == Hold::Interpolated;
-        let [stride, leap, turn] = leaping(trace, &plant, interpolated);
+        let [stride, leap, turn] = leaping(trace, structure, &plant);
         const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];
         functions.extend([
             function(
@@ -206,8 +209,8 @@ fn traced(
             ),
         ]);
     }
-    let heading = plant.heading(&state, &now);
-    let slope = plant.derivative::<MOST_STATES, true>(&state, &now, heading);
+    let slip_direction = plant.slip_direction(&state, &now);
+    let slope = plant.derivative(&state, &now, slip_direction);
     functions.push(function(
         "derivative",
         &[PLANT, STATE, INPUT],
@@ -219,12 +222,12 @@ fn traced(
         after[i] = trace.read(format!("after.{name}"));
     }
     let mut settled = after;
-    plant.settle(&state, &mut settled, [&now, &now], heading, step);
+    plant.end_step(&state, &mut settled, [&now, &now], slip_direction, step);
     (functions, remembered == state && settled == after)
 }
 
 /// The results of `stride_of`, `leap` and `turn`.
-fn leaping(trace: &Trace, plant: &Plant<Traced>, interpolated: bool) -> [Vec<Traced>; 3] {
+fn leaping(trace: &Trace, structure: &Structure, plant: &Plant<Traced>) -> [Vec<Traced>; 3] {
     let [length, command, left, ramp] =
         ["length", "command", "left", "ramp"].map(|name| trace.read(name));
     let stride = Stride::from_numbers(
@@ -234,8 +237,10 @@ fn leaping(trace: &Trace, plant: &Plant<Traced>, interpolated: bool) -> [Vec<Tra
         integrator: trace.read("state.integrator"),
         spool: trace.read("state.spool"),
     };
-    let ramp = interpolated.then_some(ramp);
-    let actuator = plant.actuator();
+    let ramp = (structure.hold == Hold::Interpolated).then_some(ramp);
+    let actuator = plant
+        .exact_step::<MOST_STATES>(structure)
+        .expect("a model that moves so");
     let results =
         |(place, more): (Place<Traced>, Traced)| vec![place.integrator, place.spool, more];
     [

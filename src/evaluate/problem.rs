@@ -4,7 +4,7 @@ use super::arrival::JITTER;
 use super::loss::{Loss, OwnLoss, SizedLoss};
 use crate::model::integrate::substeps;
 use crate::model::leap::STEPS_OF_A_LEAP;
-use crate::model::{Hold, Output, Parameter, Real, Structure};
+use crate::model::{Hold, Input, Outputs, Parameter, Real, Structure};
 use std::sync::Arc;
 
 /// One row of a record, ready for integration.
@@ -16,10 +16,10 @@ pub struct Sample {
     pub substeps: u32,
     /// Into how many pieces commands that arrive late can cut the interval to the next row.
     pub pieces: u32,
-    /// Command; supply, tank, A and B pressure in bar; temperature in degC; time since the first row in s.
-    pub input: [f64; 7],
-    /// The measured outputs in the order of [`Output::ALL`]; zero where not observed.
-    pub target: [f64; 3],
+    /// What drives the model.
+    pub input: Input<f64>,
+    /// The measured outputs; zero where not observed.
+    pub target: Outputs<f64>,
     /// Weight of this row's squared errors; zero where the row only runs the simulation in.
     pub weight: f64,
 }
@@ -165,8 +165,8 @@ pub struct Problem {
     pub parameters: Vec<Parameter>,
     /// What the model is compared with.
     pub data: Arc<Data>,
-    /// What one unit of squared error in each output counts for, in the order of [`Output::ALL`].
-    pub scale: [f64; 3],
+    /// What one unit of squared error in each output counts for.
+    pub scale: Outputs<f64>,
     /// What an error of a record's row costs, where that is not its square.
     pub loss: Option<OwnLoss>,
 }
@@ -178,7 +178,7 @@ impl Problem {
             structure,
             parameters,
             data: Arc::new(data),
-            scale: [1.0; 3],
+            scale: Outputs::all(1.0),
             loss: None,
         }
     }
@@ -202,7 +202,7 @@ impl Problem {
             true => scale.sqrt().recip().clamp(SIZES.0, SIZES.1),
             false => 1.0,
         };
-        Some((loss.function(), self.scale.map(size)))
+        Some((loss.function(), Outputs(self.scale.0.map(size))))
     }
 
     /// The free parameters.
@@ -312,8 +312,8 @@ impl Problem {
     }
 
     /// Which outputs count: the observed ones.
-    pub fn observed(&self) -> [bool; 3] {
-        Output::ALL.map(|output| self.structure.observes(output))
+    pub fn observed(&self) -> Outputs<bool> {
+        Outputs::from_fn(|output| self.structure.observes(output))
     }
 }
 
@@ -341,11 +341,10 @@ impl Wave {
 
 impl Problem {
     /// The cost of a candidate whose weighted squared errors, summed over all records, are `squares`.
-    pub fn cost_of_squares(&self, squares: [f64; 3]) -> f64 {
+    pub fn cost_of_squares(&self, squares: Outputs<f64>) -> f64 {
         squares
             .iter()
-            .zip(self.scale)
-            .map(|(sum, scale)| sum * scale)
+            .map(|(output, sum)| sum * self.scale[output])
             .sum()
     }
 

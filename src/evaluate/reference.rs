@@ -2,17 +2,17 @@
 
 use super::STATE_LIMIT;
 use super::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
-use super::simulate::{Row, Squares, outputs, response, series, with_states};
+use super::simulate::{Row, Squares, outputs, response, run, series, with_states};
 use crate::model::real::{Dual, PASS};
-use crate::model::{Plant, Real, Structure, Valued};
+use crate::model::{Alone, BarePlant, Output, Outputs, Real, Structure, Valued, View};
 use std::f64::consts::LN_10;
 
-/// The outputs of every row of every record, in the order of [`crate::model::Output::ALL`], for values of all parameters.
+/// The outputs of every row of every record, for values of all parameters.
 pub fn trajectories(
     structure: &Structure,
     values: &[f64],
     records: &[Series],
-) -> Vec<Vec<[f64; 3]>> {
+) -> Vec<Vec<Outputs<f64>>> {
     records
         .iter()
         .map(|record| outputs(structure, values, record))
@@ -21,7 +21,7 @@ pub fn trajectories(
 
 /// Phase (degrees) and gain of the response to every tone, for values of all parameters.
 pub fn responses(structure: &Structure, values: &[f64], tones: &[Tone]) -> Vec<(f64, f64)> {
-    let plant = Plant::new(structure, values);
+    let plant = Alone::plant(structure, values);
     let wave = Wave::new(tones);
     let one = |tone: &Tone| {
         let watch: &mut dyn FnMut(&[f64]) -> bool = &mut |_| false;
@@ -52,7 +52,6 @@ pub(super) fn cost_in<R: Valued + Into<f64>>(
     let structure = &problem.structure;
     let free: Vec<R> = free.iter().map(|&value| R::constant(value)).collect();
     let values = problem.complete(&free, R::constant);
-    let plant = Plant::new(structure, &values);
     let mut given_up = false;
     let mut watch = |state: &[R]| {
         let wild = |value: f64| value.is_nan() || value.abs() >= STATE_LIMIT;
@@ -61,11 +60,11 @@ pub(super) fn cost_in<R: Valued + Into<f64>>(
     };
     let total = match &*problem.data {
         Data::Series(records) => {
-            let mut sums = [0.0; 3];
+            let mut sums = Outputs::all(0.0);
             for record in records {
                 let mut squares = Squares::new(structure, record, problem.own_loss());
                 let mut above = false;
-                let mut row = |k: usize, state: &[R], outputs: [R; 3]| {
+                let mut row = |k: usize, state: &[R], outputs: Outputs<R>| {
                     let mut so_far = sums;
                     add(&mut so_far, squares.slice());
                     above = problem.cost_of_squares(so_far) > most;
@@ -73,7 +72,7 @@ pub(super) fn cost_in<R: Valued + Into<f64>>(
                         && squares.add(k, state, outputs, |slice| add(&mut sums, slice), &mut watch)
                 };
                 let row: Row<R> = &mut row;
-                with_states!(structure, series::<R>(structure, &plant, record, row));
+                with_states!(structure, run::<R>(structure, &values, record, row));
                 if above {
                     return None;
                 }
@@ -82,6 +81,7 @@ pub(super) fn cost_in<R: Valued + Into<f64>>(
         }
         Data::Tones(tones) => {
             let wave = Wave::new(tones);
+            let plant = Alone::plant(structure, &values);
             let mut all = Vec::with_capacity(tones.len());
             for tone in tones {
                 let watch: &mut dyn FnMut(&[R]) -> bool = &mut watch;
@@ -94,8 +94,8 @@ pub(super) fn cost_in<R: Valued + Into<f64>>(
 }
 
 /// Adds a slice's sums to those of all before it.
-fn add<R: Into<f64>>(sums: &mut [f64; 3], slice: [R; 3]) {
-    for (sum, part) in sums.iter_mut().zip(slice) {
+fn add<R: Into<f64>>(sums: &mut Outputs<f64>, slice: Outputs<R>) {
+    for (sum, part) in sums.0.iter_mut().zip(slice.0) {
         *sum += part.into();
     }
 }
@@ -145,18 +145,15 @@ fn pass(
         _ => Number::constant(value),
     };
     let free: Vec<Number> = free.iter().enumerate().map(variable).collect();
-    let plant = Plant::new(
-        &problem.structure,
-        &problem.complete(&free, Number::constant),
-    );
+    let values = problem.complete(&free, Number::constant);
     match &*problem.data {
         Data::Series(records) => records.iter().all(|record| {
             with_states!(
                 &problem.structure,
-                pass_in_time::<Number>(problem, &plant, record, row)
+                pass_in_time::<Number>(problem, &values, record, row)
             )
         }),
-        Data::Tones(tones) => pass_on_tones(&plant, tones, row),
+        Data::Tones(tones) => pass_on_tones(&Alone::plant(&problem.structure, &values), tones, row),
     }
 }
 
@@ -174,25 +171,25 @@ fn wild(state: &[Number]) -> bool {
     reason = "with_states names the numbers first"
 )]
 #[inline(never)]
-fn pass_in_time<R, const N: usize, const EFFECTS: bool>(
+fn pass_in_time<R, const N: usize, V: View>(
     problem: &Problem,
-    plant: &Plant<Number>,
+    values: &[Number],
     record: &Series,
     row: &mut dyn FnMut(f64, &[f64; PASS]),
 ) -> bool {
     let observed = problem.observed();
     let loss = problem.own_loss();
     let mut finished = true;
-    let hand_over = |k: usize, state: &[Number], outputs: [Number; 3]| {
+    let hand_over = |k: usize, state: &[Number], outputs: Outputs<Number>| {
         let sample = &record.samples[k];
-        for i in 0..3 {
-            let factor = (sample.weight * problem.scale[i]).sqrt();
-            if observed[i] && factor > 0.0 {
-                let mut error = Number::constant(sample.target[i]) - outputs[i];
+        for output in Output::ALL {
+            let factor = (sample.weight * problem.scale[output]).sqrt();
+            if observed[output] && factor > 0.0 {
+                let mut error = Number::constant(sample.target[output]) - outputs[output];
                 if let Some((loss, sizes)) = loss
                     && error.value != 0.0
                 {
-                    let cost = loss(error, Number::constant(sizes[i]));
+                    let cost = loss(error, Number::constant(sizes[output]));
                     error = error.if_positive(cost.sqrt(), -cost.sqrt());
                 }
                 let error = error * Number::constant(factor);
@@ -202,13 +199,14 @@ fn pass_in_time<R, const N: usize, const EFFECTS: bool>(
         finished &= !wild(state);
         finished
     };
-    series::<Number, N, EFFECTS>(&problem.structure, plant, record, hand_over);
+    let plant = V::plant(&problem.structure, values);
+    series::<Number, N, _>(&problem.structure, record, hand_over, &plant);
     finished
 }
 
 #[inline(never)]
 fn pass_on_tones(
-    plant: &Plant<Number>,
+    plant: &BarePlant<Number>,
     tones: &[Tone],
     row: &mut dyn FnMut(f64, &[f64; PASS]),
 ) -> bool {

@@ -1,20 +1,9 @@
 //! From a record to a series: which channels a structure needs, and in which units.
 
 use super::problem::{Sample, Series};
-use crate::model::valve::Drop;
-use crate::model::{Output, Piston, Structure};
+use crate::model::{Input, Output, Outputs, Piston, Structure};
 use crate::record::{Channel, Record};
 use crate::{Error, Result};
-
-impl From<Output> for Channel {
-    fn from(output: Output) -> Self {
-        match output {
-            Output::Spool => Self::Spool,
-            Output::Flow => Self::Flow,
-            Output::Position => Self::Position,
-        }
-    }
-}
 
 impl Series {
     /// The rows of `record` as `structure` needs them, each with weight 1; [`Series::set_steps`] comes next.
@@ -24,7 +13,7 @@ impl Series {
     /// unit than the structure's.
     pub fn from_record(record: &Record, structure: &Structure) -> Result<Self> {
         for &output in &structure.observed {
-            require(record, output.into(), "the model observes it")?;
+            require(record, output.channel(), "the model observes it")?;
         }
         Self::to_simulate(record, structure)
     }
@@ -36,40 +25,19 @@ impl Series {
     /// As [`Series::from_record`], but for the observed channels.
     pub fn to_simulate(record: &Record, structure: &Structure) -> Result<Self> {
         check_units(record, structure)?;
-        if let Some(valve) = &structure.valve {
-            let needed: &[Channel] = match valve.drop {
-                Drop::Rated => &[],
-                Drop::Supply => &[Channel::SupplyPressure],
-                Drop::Ports => &[
-                    Channel::SupplyPressure,
-                    Channel::PressureA,
-                    Channel::PressureB,
-                ],
-            };
-            for &channel in needed {
-                require(record, channel, "the model's flow follows from it")?;
-            }
+        for &channel in structure.driven_by() {
+            require(record, channel, "the model's flow follows from it")?;
         }
         let column = |channel| record.get(channel).map(|series| series.values.as_slice());
-        let inputs = [
-            Channel::Command,
-            Channel::SupplyPressure,
-            Channel::ReturnPressure,
-            Channel::PressureA,
-            Channel::PressureB,
-            Channel::Temperature,
-        ]
-        .map(column);
         let time = record.time();
-        let targets =
-            Output::ALL.map(|output| column(output.into()).filter(|_| structure.observes(output)));
+        let targets = Outputs::from_fn(|output| {
+            column(output.channel()).filter(|_| structure.observes(output))
+        });
         let sample = |row: usize| {
-            let [command, supply, tank, a, b, temperature] =
-                inputs.map(|values| values.map_or(0.0, |values| values[row]));
-            let since = time[row] - time[0];
+            let at = |values: Option<&[f64]>| values.map_or(0.0, |values| values[row]);
             Sample {
-                input: [command, supply, tank, a, b, temperature, since],
-                target: targets.map(|values| values.map_or(0.0, |values| values[row])),
+                input: Input::from_channels(|channel| at(column(channel)), time[row] - time[0]),
+                target: Outputs(targets.0.map(at)),
                 weight: 1.0,
                 ..Sample::default()
             }
@@ -109,9 +77,10 @@ fn check_units(record: &Record, structure: &Structure) -> Result<()> {
     };
     check(Channel::Command, &structure.command_unit)?;
     for &output in &structure.observed {
-        check(output.into(), structure.unit(output))?;
+        check(output.channel(), structure.unit(output))?;
     }
-    if structure.observes(Output::Position) && structure.piston == Piston::Servo {
+    let servo = structure.servo_valve().map(|base| base.piston) == Some(Piston::Servo);
+    if structure.observes(Output::Position) && servo {
         check(Channel::Position, &structure.command_unit)?;
     }
     Ok(())
@@ -120,7 +89,8 @@ fn check_units(record: &Record, structure: &Structure) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::valve::ValveForm;
+    use crate::model::ServoValve;
+    use crate::model::valve::{Drop, ValveForm};
     use crate::record;
 
     fn record(channels: &[(Channel, &str, f64)]) -> Record {
@@ -133,8 +103,8 @@ mod tests {
     #[test]
     fn a_row_has_the_inputs_and_the_observed_targets_in_their_places() {
         let structure = Structure {
-            valve: Some(ValveForm::linear()),
             observed: vec![Output::Spool, Output::Flow],
+            base: ServoValve::with(ValveForm::linear()).into(),
             ..Structure::actuator(10.0, "V")
         };
         let record = record(&[
@@ -148,8 +118,9 @@ mod tests {
         ]);
         let series = Series::from_record(&record, &structure).unwrap();
         assert_eq!(series.time, [0.0, 0.5]);
-        assert_eq!(series.samples[1].input, [1.0, 5.0, 0.0, 6.0, 7.0, 0.0, 0.5]);
-        assert_eq!(series.samples[1].target, [2.0, 3.0, 0.0]);
+        let numbers = series.samples[1].input.numbers();
+        assert_eq!(numbers, [1.0, 5.0, 0.0, 6.0, 7.0, 0.0, 0.5]);
+        assert_eq!(series.samples[1].target.0, [2.0, 3.0, 0.0]);
         assert!(series.samples.iter().all(|sample| sample.weight == 1.0));
     }
 
@@ -161,7 +132,7 @@ mod tests {
         };
         let flow = Structure {
             observed: vec![Output::Flow],
-            valve: Some(ports),
+            base: ServoValve::with(ports).into(),
             ..Structure::actuator(10.0, "V")
         };
         let command = (Channel::Command, "V", 1.0);
@@ -170,7 +141,11 @@ mod tests {
         let spool = Structure::actuator(10.0, "V");
         let servo = Structure {
             observed: vec![Output::Position],
-            piston: Piston::Servo,
+            base: ServoValve {
+                piston: Piston::Servo,
+                ..ServoValve::default()
+            }
+            .into(),
             ..spool.clone()
         };
         for (channels, structure, parts) in [

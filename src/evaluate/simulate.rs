@@ -2,28 +2,29 @@
 //! GPU are the loops of `shaders/evaluate.wgsl`; what is summed where is the same in both.
 
 use super::arrival::Arrival;
-use super::leaps::{travel, travel_late, travel_outlined};
+use super::leaps::{travel, travel_late};
 use super::loss::SizedLoss;
 use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::model::integrate::advance;
-use crate::model::{Hold, Input, Output, Plant, Real, Structure, Valued};
+use crate::model::{Dynamics, Hold, Input, Output, Outputs, Real, Structure, Valued, View};
 
 /// Rows whose squared errors are summed before they are added to the slice's sum: bounds the rounding in `f32`.
 pub const CHUNK: usize = 128;
 /// Rows whose errors are summed in the evaluator's precision; sums over slices are taken in `f64`.
 pub const SLICE: usize = 8192;
 
-/// Calls `$f::<.., N, EFFECTS>(..)` for `$structure`: exact for the base model, with room to spare for effects.
+/// Calls `$f::<.., N, View>(..)` with the number of states and the view of the plant of `$structure`: exact for a servo
+/// valve alone, with room to spare for what is attached to it and for other base models.
 macro_rules! with_states {
     ($structure:expr, $f:ident::<$($generic:tt),+>($($argument:expr),* $(,)?)) => {{
-        use $crate::model::MOST_STATES;
+        use $crate::model::{Alone, MOST_STATES, Whole};
         let structure: &$crate::model::Structure = $structure;
-        match (structure.states().len(), structure.is_base()) {
-            (0, true) => $f::<$($generic),+, 0, false>($($argument),*),
-            (2, true) => $f::<$($generic),+, 2, false>($($argument),*),
-            (3, true) => $f::<$($generic),+, 3, false>($($argument),*),
-            (0..=5, _) => $f::<$($generic),+, 5, true>($($argument),*),
-            (6..=MOST_STATES, _) => $f::<$($generic),+, MOST_STATES, true>($($argument),*),
+        match (structure.states().len(), structure.is_servo_valve_alone()) {
+            (0, true) => $f::<$($generic),+, 0, Alone>($($argument),*),
+            (2, true) => $f::<$($generic),+, 2, Alone>($($argument),*),
+            (3, true) => $f::<$($generic),+, 3, Alone>($($argument),*),
+            (0..=5, _) => $f::<$($generic),+, 5, Whole>($($argument),*),
+            (6..=MOST_STATES, _) => $f::<$($generic),+, MOST_STATES, Whole>($($argument),*),
             (more, _) => unreachable!("effects have been registered for {more} states"),
         }
     }};
@@ -32,22 +33,25 @@ pub(super) use with_states;
 
 /// What is told of each row: its number, the state and the outputs; false ends the simulation. Every loop over one kind of
 /// number that takes this is the same function.
-pub type Row<'a, R> = &'a mut dyn FnMut(usize, &[R], [R; 3]) -> bool;
+pub type Row<'a, R> = &'a mut dyn FnMut(usize, &[R], Outputs<R>) -> bool;
 
 /// Integrates `series` and hands every row's number and outputs to `row`, until that returns false.
 #[inline(always)]
-pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
+pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
-    plant: &Plant<R>,
     series: &Series,
-    mut row: impl FnMut(usize, &[R], [R; 3]) -> bool,
+    mut row: impl FnMut(usize, &[R], Outputs<R>) -> bool,
+    plant: &D,
 ) {
     let samples = &series.samples;
-    let mut input = Input::constant(samples[0].input);
-    let mut state: [R; N] = plant.initial::<N, EFFECTS>(&input, R::constant(samples[0].target[2]));
-    let delay = if EFFECTS { plant.delay() } else { None };
-    // Without effects two states are an actuator's alone: what follows is known when this is compiled.
-    let leaps = if EFFECTS { structure.leaps() } else { N == 2 };
+    let mut input = Input::constant(&samples[0].input);
+    let mut measured = Outputs::all(R::constant(0.0));
+    for i in 0..Output::COUNT {
+        measured.0[i] = R::constant(samples[0].target.0[i]);
+    }
+    let mut state: [R; N] = plant.initial(&input, &measured);
+    let delay = plant.delay();
+    let leaps = plant.exact_step::<N>(structure);
     let mut stride = None;
     for (k, sample) in samples.iter().enumerate() {
         #[allow(
@@ -58,71 +62,67 @@ pub fn series<R: Valued, const N: usize, const EFFECTS: bool>(
             None => None,
             Some(delay) => Some(Arrival::new(series, k, delay)),
         };
-        if EFFECTS {
-            let command = match arrival {
-                None => input.command,
-                Some(arrival) if structure.hold == Hold::Held => arrival.held(),
-                Some(arrival) => arrival.interpolated(0, R::constant(0.0)),
-            };
-            input.command = plant.command(&mut state, command);
-        }
-        if !row(k, &state, plant.observe::<EFFECTS>(&state, &input)) {
+        let arrived = match arrival {
+            None => input.command,
+            Some(arrival) if structure.hold == Hold::Held => arrival.held(),
+            Some(arrival) => arrival.interpolated(0, R::constant(0.0)),
+        };
+        input.command = plant.command(&mut state, arrived);
+        if !row(k, &state, plant.observe(&state, &input)) {
             return;
         }
         let Some(next) = samples.get(k + 1) else {
             return;
         };
-        match arrival {
-            Some(arrival) if leaps => {
-                travel_late(plant, &mut state, input.command, sample, arrival);
+        match (arrival, leaps) {
+            (Some(arrival), Some(actuator)) => {
+                travel_late(plant, actuator, &mut state, input.command, sample, arrival);
             }
-            Some(arrival) => {
+            (Some(arrival), None) => {
                 interval(structure, plant, &mut state, input, [sample, next], arrival);
             }
-            None if leaps => {
+            (None, Some(actuator)) => {
                 let (length, _) = sample.parts(true);
                 let stride = match stride {
                     Some((known, stride)) if known == length => stride,
                     _ => {
-                        let new = plant.actuator().stride(R::constant(length));
+                        let new = actuator.stride(R::constant(length));
                         stride = Some((length, new));
                         new
                     }
                 };
-                let change =
-                    (structure.hold == Hold::Interpolated).then(|| next.input[0] - sample.input[0]);
-                match EFFECTS {
-                    true => {
-                        travel_outlined(plant, &stride, &mut state, input.command, change, sample);
-                    }
-                    false => travel(plant, &stride, &mut state, input.command, change, sample),
-                }
+                let change = (structure.hold == Hold::Interpolated)
+                    .then(|| next.input.command - sample.input.command);
+                D::outlined(
+                    #[inline(always)]
+                    || travel(actuator, &stride, &mut state, input.command, change, sample),
+                );
             }
-            None => {
+            (None, None) => {
                 let step = R::constant(sample.step);
                 for j in 0..sample.substeps {
                     let mut inputs = [input; 3];
                     if structure.hold == Hold::Interpolated {
                         for (half, input) in inputs.iter_mut().enumerate() {
-                            *input = Input::constant(between(sample, next, 2 * j + half as u32));
-                            if EFFECTS {
-                                input.command = plant.command(&mut state, input.command);
-                            }
+                            let half_steps = f64::from(2 * j + half as u32);
+                            let share = half_steps / f64::from(2 * sample.substeps);
+                            *input = Input::between(&sample.input, &next.input, R::constant(share));
+                            input.command = plant.command(&mut state, input.command);
                         }
                     }
-                    state = advance::<R, N, EFFECTS>(plant, state, inputs.each_ref(), step);
+                    state = advance::<R, N, D>(plant, state, inputs.each_ref(), step);
                 }
             }
         }
-        input = Input::constant(next.input);
+        input = Input::constant(&next.input);
     }
 }
 
 /// Integrates from one row to the next while commands arrive late. `input` has the command that acts at the row.
 #[inline(always)]
-fn interval<R: Valued, const N: usize>(
+fn interval<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
-    plant: &Plant<R>,
+    plant: &D,
     state: &mut [R; N],
     input: Input<R>,
     samples: [&Sample; 2],
@@ -135,9 +135,9 @@ fn interval<R: Valued, const N: usize>(
 }
 
 #[inline(always)]
-fn interval_inline<R: Valued, const N: usize>(
+fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
-    plant: &Plant<R>,
+    plant: &D,
     state: &mut [R; N],
     mut input: Input<R>,
     [sample, next]: [&Sample; 2],
@@ -145,7 +145,7 @@ fn interval_inline<R: Valued, const N: usize>(
 ) {
     let substeps = R::constant(f64::from(sample.substeps));
     let whole = R::constant(sample.step);
-    let seconds = next.input[6] - sample.input[6];
+    let seconds = next.input.time - sample.input.time;
     let mut begin = R::constant(0.0);
     let mut command = match structure.hold {
         Hold::Held => arrival.held(),
@@ -168,77 +168,59 @@ fn interval_inline<R: Valued, const N: usize>(
                     let steps = R::constant(f64::from(j) + 0.5 * half as f64);
                     let after = begin * substeps + steps * step;
                     let share = after * R::constant(1.0 / seconds);
-                    let mut values = [R::constant(0.0); 7];
-                    for (value, (from, to)) in values
-                        .iter_mut()
-                        .zip(sample.input.into_iter().zip(next.input))
-                    {
-                        *value = R::constant(from) + share * R::constant(to - from);
-                    }
-                    *input = Input::new(values);
+                    *input = Input::between(&sample.input, &next.input, share);
                     let arrived = arrival.interpolated(piece, after);
                     command = (whole - begin).if_positive(arrived, command);
                     input.command = plant.command(state, command);
                 }
             }
-            *state = advance::<R, N, true>(plant, *state, inputs.each_ref(), step);
+            *state = advance::<R, N, D>(plant, *state, inputs.each_ref(), step);
         }
         begin = end;
     }
 }
 
-/// The input `half_steps` half integration steps after `sample`, on the way to `next`.
-fn between(sample: &Sample, next: &Sample, half_steps: u32) -> [f64; 7] {
-    let share = f64::from(half_steps) / f64::from(2 * sample.substeps);
-    let mut input = sample.input;
-    for (value, next) in input.iter_mut().zip(next.input) {
-        *value += share * (next - *value);
-    }
-    input
+/// The outputs at every row of `record`, in `f64`. `values` are those of all parameters. What has diverged is not finite.
+pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<Outputs<f64>> {
+    let mut rows = Vec::with_capacity(record.samples.len());
+    let mut keep = |_: usize, _: &[f64], outputs: Outputs<f64>| {
+        rows.push(outputs);
+        true
+    };
+    let keep: Row<f64> = &mut keep;
+    with_states!(structure, run::<f64>(structure, values, record, keep));
+    rows
 }
 
-/// The outputs at every row of `record`, in `f64`, in the order of [`crate::model::Output::ALL`]. `values` are those of
-/// all parameters. What has diverged is not finite.
-pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<[f64; 3]> {
-    fn run<R: Valued, const N: usize, const EFFECTS: bool>(
-        structure: &Structure,
-        values: &[R],
-        record: &Series,
-    ) -> Vec<[R; 3]> {
-        let plant = Plant::new(structure, values);
-        let mut rows = Vec::with_capacity(record.samples.len());
-        let mut keep = |_: usize, _: &[R], outputs: [R; 3]| {
-            rows.push(outputs);
-            true
-        };
-        series::<R, N, EFFECTS>(structure, &plant, record, &mut keep as Row<R>);
-        rows
-    }
-    with_states!(structure, run::<f64>(structure, values, record))
+/// Integrates `record` for these values of all parameters.
+pub(super) fn run<R: Valued, const N: usize, V: View>(
+    structure: &Structure,
+    values: &[R],
+    record: &Series,
+    row: Row<R>,
+) {
+    let plant = V::plant(structure, values);
+    series::<R, N, _>(structure, record, row, &plant);
 }
 
 /// Sums of the weighted squared errors of each output over a record, or of what a loss makes of an error and of the size of
 /// the output's noise.
 pub struct Squares<'a, R> {
     record: &'a Series,
-    observed: [bool; 3],
+    observed: Outputs<bool>,
     loss: Option<SizedLoss<R>>,
-    chunk: [R; 3],
-    slice: [R; 3],
+    chunk: Outputs<R>,
+    slice: Outputs<R>,
 }
 
 impl<'a, R: Real> Squares<'a, R> {
     /// Nothing summed yet.
     #[inline(always)]
     pub fn new(structure: &Structure, record: &'a Series, loss: Option<SizedLoss<R>>) -> Self {
-        let zero = [R::constant(0.0); 3];
-        let mut observed = [false; 3];
-        for (output, observed) in Output::ALL.into_iter().zip(&mut observed) {
-            *observed = structure.observes(output);
-        }
+        let zero = Outputs::all(R::constant(0.0));
         Self {
             record,
-            observed,
+            observed: Outputs::from_fn(|output| structure.observes(output)),
             loss,
             chunk: zero,
             slice: zero,
@@ -246,7 +228,7 @@ impl<'a, R: Real> Squares<'a, R> {
     }
 
     /// The sums of this slice's chunks that are done.
-    pub(super) fn slice(&self) -> [R; 3] {
+    pub(super) fn slice(&self) -> Outputs<R> {
         self.slice
     }
 
@@ -257,29 +239,29 @@ impl<'a, R: Real> Squares<'a, R> {
         &mut self,
         k: usize,
         state: &[R],
-        outputs: [R; 3],
-        slice_done: impl FnOnce([R; 3]),
+        outputs: Outputs<R>,
+        slice_done: impl FnOnce(Outputs<R>),
         diverged: impl FnOnce(&[R]) -> bool,
     ) -> bool {
         let sample = &self.record.samples[k];
         let last = k + 1 == self.record.samples.len();
         let weight = R::constant(sample.weight);
-        for i in 0..3 {
-            if self.observed[i] {
-                let error = R::constant(sample.target[i]) - outputs[i];
+        for i in 0..Output::COUNT {
+            if self.observed.0[i] {
+                let error = R::constant(sample.target.0[i]) - outputs.0[i];
                 let cost = match self.loss {
                     None => weight * (error * error),
-                    Some((loss, sizes)) => weight * loss(error, R::constant(sizes[i])),
+                    Some((loss, sizes)) => weight * loss(error, R::constant(sizes.0[i])),
                 };
-                self.chunk[i] = self.chunk[i] + cost;
+                self.chunk.0[i] = self.chunk.0[i] + cost;
             }
         }
         if !(k + 1).is_multiple_of(CHUNK) && !last {
             return true;
         }
-        let zero = [R::constant(0.0); 3];
-        for i in 0..3 {
-            self.slice[i] = self.slice[i] + self.chunk[i];
+        let zero = Outputs::all(R::constant(0.0));
+        for i in 0..Output::COUNT {
+            self.slice.0[i] = self.slice.0[i] + self.chunk.0[i];
         }
         self.chunk = zero;
         if (k + 1).is_multiple_of(SLICE) || last {
@@ -292,28 +274,28 @@ impl<'a, R: Real> Squares<'a, R> {
 
 /// Sums a record's [`Squares`].
 #[inline(always)]
-pub fn squares<R: Valued, const N: usize, const EFFECTS: bool>(
+pub fn squares<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
-    plant: &Plant<R>,
     record: &Series,
     loss: Option<SizedLoss<R>>,
-    mut slice_done: impl FnMut([R; 3]),
+    mut slice_done: impl FnMut(Outputs<R>),
     mut diverged: impl FnMut(&[R]) -> bool,
+    plant: &D,
 ) {
     let mut squares = Squares::new(structure, record, loss);
-    series::<R, N, EFFECTS>(
+    series::<R, N, D>(
         structure,
-        plant,
         record,
         #[inline(always)]
         |k, state, outputs| squares.add(k, state, outputs, &mut slice_done, &mut diverged),
+        plant,
     );
 }
 
 /// What drives the model where the sine is `sin`.
 #[inline(always)]
 fn on_tone<R: Real>(amplitude: R, [sin, _]: [f64; 2]) -> Input<R> {
-    let mut input = Input::constant([0.0; 7]);
+    let mut input = Input::constant(&Input::default());
     input.command = amplitude * R::constant(sin);
     input
 }
@@ -322,7 +304,7 @@ fn on_tone<R: Real>(amplitude: R, [sin, _]: [f64; 2]) -> Input<R> {
 /// amplitude. The tone starts from equilibrium with zero command. After every period `diverged` looks at the state.
 #[inline(always)]
 pub fn response<R: Real>(
-    plant: &Plant<R>,
+    plant: &impl Dynamics<R>,
     tone: &Tone,
     wave: &Wave,
     mut diverged: impl FnMut(&[R]) -> bool,
@@ -332,7 +314,8 @@ pub fn response<R: Real>(
     let stride = (wave.substeps / tone.substeps) as usize;
     let amplitude = R::constant(tone.amplitude);
     let at_rest = on_tone(amplitude, wave.table[0]);
-    let mut state: [R; 2] = plant.initial::<2, false>(&at_rest, R::constant(0.0));
+    let nothing = Outputs::all(R::constant(0.0));
+    let mut state: [R; 2] = plant.initial(&at_rest, &nothing);
     let mut sum = [R::constant(0.0); 2];
     for period in 0..tone.settle + tone.measure {
         let mut chunk = [R::constant(0.0); 2];
@@ -340,14 +323,14 @@ pub fn response<R: Real>(
             let first = (2 * sample * tone.substeps) as usize;
             let [sin, cos] = wave.table[first * stride];
             let mut start = on_tone(amplitude, wave.table[first * stride]);
-            let output = plant.observe::<false>(&state, &start)[0];
+            let output = plant.observe(&state, &start)[Output::Spool];
             chunk[0] = chunk[0] + output * R::constant(sin);
             chunk[1] = chunk[1] + output * R::constant(cos);
             for j in 0..tone.substeps as usize {
                 let half_step = first + 2 * j;
                 let middle = on_tone(amplitude, wave.table[(half_step + 1) * stride]);
                 let end = on_tone(amplitude, wave.table[(half_step + 2) * stride]);
-                state = advance::<R, 2, false>(plant, state, [&start, &middle, &end], step);
+                state = advance::<R, 2, _>(plant, state, [&start, &middle, &end], step);
                 start = end;
             }
         }

@@ -63,6 +63,7 @@ fn settings(problem: &Problem) -> String {
         problem.structure.delays(),
         problem
             .observed()
+            .0
             .map(|observed| if observed { "1.0" } else { "0.0" })
             .join(", "),
     )
@@ -116,7 +117,7 @@ fn loss(problem: &Problem, trace: &Trace) -> Function {
     let errors = ["x", "y", "z"].map(|i| trace.read(format!("error.{i}")));
     let results = match problem.own_loss::<Traced>() {
         None => errors.map(|error| error * error),
-        Some((loss, sizes)) => [0, 1, 2].map(|i| loss(errors[i], Traced::constant(sizes[i]))),
+        Some((loss, sizes)) => [0, 1, 2].map(|i| loss(errors[i], Traced::constant(sizes.0[i]))),
     };
     Function {
         name: "loss",

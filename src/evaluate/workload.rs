@@ -5,7 +5,7 @@ use super::problem::{Data, Problem, Sample, Series};
 use super::simulate::outputs;
 use crate::model::effects::entry;
 use crate::model::valve::ValveForm;
-use crate::model::{Output, Structure};
+use crate::model::{Input, Output, ServoValve, Structure};
 
 /// The actuator alone, on `samples` rows at 1 kHz.
 pub fn actuator(samples: usize) -> Problem {
@@ -16,7 +16,7 @@ pub fn actuator(samples: usize) -> Problem {
 pub fn actuator_and_valve(samples: usize) -> Problem {
     let structure = Structure {
         observed: vec![Output::Spool, Output::Flow],
-        valve: Some(ValveForm::linear()),
+        base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(10.0, "V")
     };
     planted(structure, samples)
@@ -39,15 +39,11 @@ pub fn with_effects(names: &[&str], samples: usize) -> Problem {
 fn planted(structure: Structure, samples: usize) -> Problem {
     let parameters = structure.parameters();
     let sample = |k: usize| Sample {
-        input: [
-            9.0 * ((k / 40) as f64 * 1.7).sin(),
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            k as f64 * 1e-3,
-        ],
+        input: Input {
+            command: 9.0 * ((k / 40) as f64 * 1.7).sin(),
+            time: k as f64 * 1e-3,
+            ..Input::default()
+        },
         weight: 1.0,
         ..Sample::default()
     };
@@ -61,7 +57,7 @@ fn planted(structure: Structure, samples: usize) -> Problem {
     let targets = outputs(&structure, &values, &series);
     for (sample, target) in series.samples.iter_mut().zip(targets) {
         for &output in &structure.observed {
-            sample.target[output as usize] = target[output as usize] + 1.0;
+            sample.target[output] = target[output] + 1.0;
         }
     }
     Problem::new(structure, parameters, Data::Series(vec![series]))

@@ -1,9 +1,10 @@
 //! A MATLAB script that gives Simscape's blocks the parameters of a model, and says what these blocks cannot represent.
 
 use super::Model;
+use crate::model::effects::Port;
 use crate::model::orifice::{CRITICAL_REYNOLDS, LAMINAR_RATIO, Transition};
 use crate::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
-use crate::model::{Drive, Hold, Initial, Output, Parameter};
+use crate::model::{Hold, Initial, Output, Parameter};
 use std::fmt::Write;
 
 /// The script for "Proportional and Servo-Valve Actuator" and "4-Way Directional Valve".
@@ -21,13 +22,13 @@ pub fn script(model: &Model) -> String {
     );
     text += "actuator = 'model/Actuator';   % path of the actuator block\n\
              valve = 'model/Valve';         % path of the valve block\n\n";
-    match structure.drive {
-        Drive::Actuator => text += &actuator(model),
-        Drive::Direct => {
+    match structure.has(Port::Actuator) {
+        true => text += &actuator(model),
+        false => {
             text += "% The spool follows the command at once: the model has no actuator.\n\n";
         }
     }
-    match &structure.valve {
+    match structure.valve() {
         Some(form) => text += &valve(model, form),
         None => text += "% No flow is observed: the model has no valve.\n\n",
     }
@@ -248,7 +249,7 @@ fn missing(model: &Model) -> String {
             values.join(", ")
         ));
     }
-    if let Some(AreaLaw::Signed(openings)) = structure.valve.as_ref().map(|form| &form.area) {
+    if let Some(AreaLaw::Signed(openings)) = structure.valve().map(|form| &form.area) {
         let areas: Vec<f64> = (1..=openings.len())
             .map(|i| value(model, &format!("area_{i}")))
             .collect();
@@ -263,13 +264,13 @@ fn missing(model: &Model) -> String {
             side(-1.0)
         ));
     }
-    if let Some(Orifices::Six) = structure.valve.as_ref().map(|form| form.orifices) {
+    if let Some(Orifices::Six) = structure.valve().map(|form| form.orifices) {
         list.push(
             "the centre path of six orifices, P-T1 and T1-T in series (use six orifice blocks)"
                 .into(),
         );
     }
-    if let Some(unit) = &structure.spool_unit {
+    if let Some(unit) = structure.spool_unit() {
         list.push(format!(
             "the spool's sensor: spool [{unit}] = {:?} times the spool in {}",
             value(model, "spool_gain"),
@@ -277,7 +278,11 @@ fn missing(model: &Model) -> String {
         ));
     }
     if structure.observes(Output::Position) && structure.integrates_position() {
-        let sign = if structure.reversed { "-" } else { "" };
+        let sign = if structure.servo_valve().is_some_and(|base| base.reversed) {
+            "-"
+        } else {
+            ""
+        };
         list.push(format!(
             "the piston: its speed is {sign}flow over piston_area = {:?} cm2 (use a cylinder block)",
             value(model, "piston_area")

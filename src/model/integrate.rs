@@ -1,52 +1,36 @@
 //! The integrator, over [`Real`] like the physics, so that every evaluator takes the same steps.
 
 use super::Real;
-use super::structure::{Input, Plant};
+use super::{Dynamics, Input};
 
 /// Advances `state` by `step` seconds with the classical fourth-order Runge-Kutta method. `inputs` are those at the
 /// start, the middle and the end of the step, with the command that acts.
 #[inline(always)]
-pub fn advance<R: Real, const N: usize, const EFFECTS: bool>(
-    plant: &Plant<R>,
+pub fn advance<R: Real, const N: usize, D: Dynamics<R>>(
+    plant: &D,
     state: [R; N],
-    inputs: [&Input<R>; 3],
+    [start, middle, end]: [&Input<R>; 3],
     step: R,
 ) -> [R; N] {
-    if EFFECTS {
-        return R::outlined(
-            #[inline(always)]
-            || advance_inline::<R, N, true>(plant, state, inputs, step),
-        );
-    }
-    advance_inline::<R, N, false>(plant, state, inputs, step)
-}
-
-#[inline(always)]
-fn advance_inline<R: Real, const N: usize, const EFFECTS: bool>(
-    plant: &Plant<R>,
-    state: [R; N],
-    inputs: [&Input<R>; 3],
-    step: R,
-) -> [R; N] {
-    let [start, middle, end] = inputs;
-    let heading = match EFFECTS {
-        true => plant.heading(&state, start),
-        false => R::constant(0.0),
-    };
-    let mut slope = plant.derivative::<N, EFFECTS>(&state, start, heading);
-    let mut sum = slope;
-    for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)] {
-        let stage = moved(state, step * R::constant(share), &slope);
-        slope = plant.derivative::<N, EFFECTS>(&stage, input, heading);
-        for i in 0..N {
-            sum[i] = sum[i] + R::constant(weight) * slope[i];
-        }
-    }
-    let mut end_state = moved(state, step * R::constant(1.0 / 6.0), &sum);
-    if EFFECTS {
-        plant.settle(&state, &mut end_state, [start, end], heading, step);
-    }
-    end_state
+    D::outlined(
+        #[inline(always)]
+        || {
+            let slip_direction = plant.slip_direction(&state, start);
+            let mut slope = plant.derivative(&state, start, slip_direction);
+            let mut sum = slope;
+            for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)]
+            {
+                let stage = moved(state, step * R::constant(share), &slope);
+                slope = plant.derivative(&stage, input, slip_direction);
+                for i in 0..N {
+                    sum[i] = sum[i] + R::constant(weight) * slope[i];
+                }
+            }
+            let mut end_state = moved(state, step * R::constant(1.0 / 6.0), &sum);
+            plant.end_step(&state, &mut end_state, [start, end], slip_direction, step);
+            end_state
+        },
+    )
 }
 
 #[inline(always)]

@@ -1,22 +1,33 @@
 //! The physics, each equation written once.
 
 pub mod actuator;
+pub mod base;
 pub mod effects;
 mod fluid;
 mod free_form;
+mod input;
 #[doc(hidden)]
 pub mod integrate;
 #[doc(hidden)]
 pub mod leap;
 pub mod orifice;
+mod output;
 mod parameter;
+mod plant;
+mod ports;
 pub mod real;
 mod structure;
 pub mod valve;
 
+pub use base::ServoValve;
+pub use base::servo_valve::{Drive, Piston};
 pub use fluid::Fluid;
 pub use free_form::{FreeForm, Signal};
+pub use input::Input;
+pub use output::{Output, Outputs};
 pub use parameter::{Pace, Parameter, Scale};
+pub use plant::{Alone, BarePlant, Dynamics, Plant, View, Whole};
+pub use ports::Ports;
 pub use real::{Real, Valued};
 pub(crate) use structure::MOST_STATES;
-pub use structure::{Drive, Hold, Initial, Input, Output, Piston, Plant, Structure};
+pub use structure::{Hold, Initial, Structure};

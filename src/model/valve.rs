@@ -1,13 +1,30 @@
 //! The four-way valve: paper eq. 2-3 and Simscape's "4-Way Directional Valve".
 
+use super::base::{Declare, Listing};
 use super::orifice::{Orifice, Transition};
-use super::{Parameter, Real};
+use super::{Input, Parameter, Real};
 use serde::{Deserialize, Serialize};
 
 const PASCAL_PER_BAR: f64 = 1e5;
 const SQUARE_METRES_PER_SQUARE_CENTIMETRE: f64 = 1e-4;
 const SQUARE_METRES_PER_SECOND_PER_CENTISTOKES: f64 = 1e-6;
 const LITRES_PER_MINUTE: f64 = 6e4;
+
+/// Discharge coefficient of all orifices.
+pub const DISCHARGE_COEFFICIENT: &str = "discharge_coefficient";
+/// Density of the oil, kg/m3.
+pub const DENSITY: &str = "density";
+/// Kinematic viscosity of the oil, cSt.
+pub const VISCOSITY: &str = "viscosity";
+/// Pressure drop from P to T where none is measured, bar.
+pub const RATED_DROP: &str = "rated_drop";
+/// Area at full opening, cm2.
+pub const MAX_AREA: &str = "max_area";
+
+/// The parameter that is the area at opening `number` of a table, cm2.
+pub fn area_name(number: usize) -> String {
+    format!("area_{}", number + 1)
+}
 
 /// How the orifice area follows from the opening.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -106,33 +123,11 @@ impl ValveForm {
         }
     }
 
-    /// The parameters in the order in which [`Valve::new`] takes them. Only Cd·A/√ρ can be told from flow, so the
-    /// discharge coefficient and the fluid are fixed and the areas are free.
+    /// The parameters that [`Valve::new`] declares.
     pub fn parameters(&self) -> Vec<Parameter> {
-        let mut list = vec![
-            Parameter::linear("discharge_coefficient", "1", 0.4, 0.7, 1.0).fixed(),
-            Parameter::linear("density", "kg/m3", 700.0, 850.0, 1200.0).fixed(),
-            Parameter::log("viscosity", "cSt", 1.0, 18.0, 1000.0).fixed(),
-            Parameter::log("leakage_area", "cm2", 1e-8, 1e-8, 1e-3).fixed(),
-            Parameter::linear("opening_offset", "%", -20.0, 0.0, 20.0).fixed(),
-        ];
-        if self.drop == Drop::Rated {
-            list.push(Parameter::linear("rated_drop", "bar", 1.0, 10.0, 400.0).fixed());
-        }
-        match &self.area {
-            AreaLaw::Linear => list.push(Parameter::log("max_area", "cm2", 1e-4, 1.0, 100.0)),
-            AreaLaw::Table(openings) => list.extend(
-                (1..=openings.len())
-                    .map(|i| Parameter::linear(&format!("area_{i}"), "cm2", 0.0, 1.0, 100.0)),
-            ),
-            AreaLaw::Signed(openings) => {
-                list.extend(openings.iter().enumerate().map(|(i, opening)| {
-                    let start = (opening / 100.0).clamp(-1.0, 1.0);
-                    Parameter::linear(&format!("area_{}", i + 1), "cm2", -100.0, start, 100.0)
-                }));
-            }
-        }
-        list
+        let mut listing = Listing::default();
+        Valve::new(self, &mut listing);
+        listing.0
     }
 }
 
@@ -147,6 +142,19 @@ pub struct Pressures<R> {
     pub a: R,
     /// Port B.
     pub b: R,
+}
+
+impl<R: Copy> Pressures<R> {
+    /// Those that are measured.
+    #[inline(always)]
+    pub fn of(input: &Input<R>) -> Self {
+        Self {
+            supply: input.supply,
+            tank: input.tank,
+            a: input.a,
+            b: input.b,
+        }
+    }
 }
 
 /// Flows through the orifices, L/min, positive in the direction of the name.
@@ -205,33 +213,47 @@ pub struct Valve<R> {
 }
 
 impl<R: Real> Valve<R> {
-    /// The valve of this form, with values in the order of [`ValveForm::parameters`].
+    /// The valve of this form. Only Cd·A/√ρ can be told from flow, so the discharge coefficient and the fluid are fixed and
+    /// the areas are free.
     #[inline(always)]
-    pub fn new(form: &ValveForm, values: &[R]) -> Self {
-        let mut values = values.iter().copied();
-        let mut next = || {
-            values
-                .next()
-                .expect("as many values as the form has parameters")
-        };
+    pub fn new(form: &ValveForm, parameters: &mut dyn Declare<R>) -> Self {
+        let mut take = |declare: &dyn Fn() -> Parameter| parameters.parameter(declare);
+        let linear = Parameter::linear;
         let square_metres = R::constant(SQUARE_METRES_PER_SQUARE_CENTIMETRE);
-        let (discharge, density, viscosity) = (next(), next(), next());
+        let discharge = take(&|| linear(DISCHARGE_COEFFICIENT, "1", 0.4, 0.7, 1.0).fixed());
+        let density = take(&|| linear(DENSITY, "kg/m3", 700.0, 850.0, 1200.0).fixed());
+        let viscosity = take(&|| Parameter::log(VISCOSITY, "cSt", 1.0, 18.0, 1000.0).fixed());
         let viscosity = viscosity * R::constant(SQUARE_METRES_PER_SECOND_PER_CENTISTOKES);
-        let leakage = (next() * square_metres).named("leakage");
-        let offset = next();
-        let rated_drop = (form.drop == Drop::Rated).then(&mut next);
+        let leakage = take(&|| Parameter::log("leakage_area", "cm2", 1e-8, 1e-8, 1e-3).fixed());
+        let leakage = (leakage * square_metres).named("leakage");
+        let offset = take(&|| linear("opening_offset", "%", -20.0, 0.0, 20.0).fixed());
+        let rated_drop = (form.drop == Drop::Rated)
+            .then(|| take(&|| linear(RATED_DROP, "bar", 1.0, 10.0, 400.0).fixed()));
         let areas = match &form.area {
-            AreaLaw::Linear => Areas::Linear {
-                max: (next() * square_metres).named("max_area"),
-            },
+            AreaLaw::Linear => {
+                let max = take(&|| Parameter::log(MAX_AREA, "cm2", 1e-4, 1.0, 100.0));
+                Areas::Linear {
+                    max: (max * square_metres).named(MAX_AREA),
+                }
+            }
             AreaLaw::Table(openings) | AreaLaw::Signed(openings) => {
-                let first = (next() * square_metres).named("first_area");
+                let signed = matches!(form.area, AreaLaw::Signed(_));
+                let mut area_at = |i: usize| {
+                    take(&|| match signed {
+                        false => linear(&area_name(i), "cm2", 0.0, 1.0, 100.0),
+                        true => {
+                            let start = (openings[i] / 100.0).clamp(-1.0, 1.0);
+                            linear(&area_name(i), "cm2", -100.0, start, 100.0)
+                        }
+                    })
+                };
+                let first = (area_at(0) * square_metres).named("first_area");
                 let mut previous = first;
                 let segments = openings
                     .windows(2)
                     .enumerate()
                     .map(|(i, pair)| {
-                        let area = next() * square_metres;
+                        let area = area_at(i + 1) * square_metres;
                         let width = pair[1] - pair[0];
                         let slope = ((area - previous) / R::constant(width))
                             .named(&format!("slope_{}", i + 1));
@@ -242,7 +264,7 @@ impl<R: Real> Valve<R> {
                 Areas::Table {
                     first,
                     segments,
-                    signed: matches!(form.area, AreaLaw::Signed(_)),
+                    signed,
                 }
             }
         };
@@ -371,6 +393,7 @@ impl<R: Real> Valve<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::base::Given;
 
     const RATED: Pressures<f64> = Pressures {
         supply: 0.0,
@@ -389,7 +412,7 @@ mod tests {
                 .start = *value;
         }
         let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
-        Valve::new(form, &values)
+        Valve::new(form, &mut Given::new(&values))
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The words that terminal and page explain where they first use them.
 
-use crate::model::{Drive, Structure};
+use crate::model::Structure;
+use crate::model::effects::Port;
 
 /// What held-out rows are.
 pub const HELD_OUT: &str =
@@ -16,14 +17,12 @@ pub const INCOMPLETE: &str = "The model lacks something that it has no name for 
 
 /// What the base model of this `structure` consists of.
 pub fn base_model(structure: &Structure) -> String {
-    let spool = match structure.drive {
-        Drive::Actuator => {
-            "the loop that moves the spool, with its gain, time constant and saturation"
-        }
-        Drive::Direct => "a spool that is where the command is",
+    let spool = match structure.has(Port::Actuator) {
+        true => "the loop that moves the spool, with its gain, time constant and saturation",
+        false => "a spool that is where the command is",
     };
     let mut parts = vec![spool.to_owned()];
-    if structure.valve.is_some() {
+    if structure.valve().is_some() {
         parts.push("the orifices that it opens".into());
     }
     let known: Vec<String> = structure.effects.iter().map(ToString::to_string).collect();

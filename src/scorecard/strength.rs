@@ -5,7 +5,7 @@ use crate::Result;
 use crate::diagnose::{Compared, Cut, Measurements, errors};
 use crate::evaluate::problem::Data;
 use crate::evaluate::{Problem, parameters_for, structure_for};
-use crate::model::{Output, Parameter};
+use crate::model::{Output, Outputs, Parameter};
 use crate::record::Channel;
 use crate::rig::{FULL_SCALE, Kind, Noise, Oddity, Outsider, Planted, Setup, SpoolUnit};
 use crate::search::polish::{PolishOptions, polish};
@@ -312,8 +312,8 @@ impl Base {
         let measurements = Measurements::new(&records, &[], Cut::default(), &structure, rate)?;
         let data = Data::Series(measurements.fit.clone());
         let mut problem = Problem::new(structure, parameters, data);
-        let noise = |output: Output| setup.noise_std(output.into());
-        problem.scale = Output::ALL.map(|output| match noise(output) {
+        let noise = |output: Output| setup.noise_std(output.channel());
+        problem.scale = Outputs::from_fn(|output| match noise(output) {
             0.0 => 0.0,
             noise => noise.powi(-2),
         });

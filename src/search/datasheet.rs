@@ -4,7 +4,7 @@ use crate::Result;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Sample, Series, Stream, Tone};
 use crate::evaluate::reference;
 use crate::model::valve::{Meter, ValveForm};
-use crate::model::{Initial, Output, Parameter, Structure};
+use crate::model::{Initial, Input, Output, Outputs, Parameter, Structure};
 use crate::record::{FlowCurve, ResponseCurve, ResponsePoint, StepCurve, cases};
 
 /// Full scale of the command where a datasheet speaks in per cent: that of the paper's method, 10 V.
@@ -97,8 +97,14 @@ impl Sheet {
         }
         let samples = (0..=last)
             .map(|k| Sample {
-                input: [curve.opening[k], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-                target: [0.0, curve.flow[k], 0.0],
+                input: Input {
+                    command: curve.opening[k],
+                    ..Input::default()
+                },
+                target: Outputs::from_fn(|output| match output {
+                    Output::Flow => curve.flow[k],
+                    _ => 0.0,
+                }),
                 weight: curve.weight[k],
                 ..Sample::default()
             })
@@ -222,7 +228,7 @@ impl Sheet {
         for (time, sample) in series.time.iter().zip(&mut series.samples) {
             // The moment of the step, where the curve has no point, is not compared.
             sample.weight = if given(time) { 1.0 } else { 0.0 };
-            values.push(given(time).then_some(sample.target[Output::Spool as usize]));
+            values.push(given(time).then_some(sample.target[Output::Spool]));
         }
         Ok(Self {
             title: format!("step response of {}", curve.name),
@@ -248,7 +254,7 @@ impl Sheet {
         match &*problem.data {
             Data::Series(all) => {
                 let rows = reference::trajectories(&problem.structure, &values, all).concat();
-                let output = problem.structure.observed[0] as usize;
+                let output = problem.structure.observed[0];
                 vec![rows.iter().map(|row| row[output]).collect()]
             }
             Data::Tones(tones) => {
@@ -309,7 +315,10 @@ fn flow_of_unit_area(structure: &Structure, parameters: &[Parameter]) -> f64 {
     };
     let values: Vec<f64> = parameters.iter().enumerate().map(value).collect();
     let sample = Sample {
-        input: [100.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        input: Input {
+            command: 100.0,
+            ..Input::default()
+        },
         ..Sample::default()
     };
     let record = Series {
@@ -317,7 +326,7 @@ fn flow_of_unit_area(structure: &Structure, parameters: &[Parameter]) -> f64 {
         time: vec![0.0],
         samples: vec![sample],
     };
-    reference::trajectories(structure, &values, &[record])[0][0][Output::Flow as usize]
+    reference::trajectories(structure, &values, &[record])[0][0][Output::Flow]
 }
 
 fn set(parameters: &mut [Parameter], name: &str, start: f64) {

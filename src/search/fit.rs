@@ -7,7 +7,7 @@ use super::polish::{
 use super::{Bees, Settings, Start, Swarm, forage};
 use crate::evaluate::problem::{Data, Problem};
 use crate::evaluate::{Cost, Evaluator, Fingerprint, Interrupt, Memory, reference};
-use crate::model::Parameter;
+use crate::model::{Output, Outputs, Parameter};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
@@ -338,13 +338,13 @@ fn inflation(problem: &Problem, free: &[f64]) -> f64 {
     let observed = problem.observed();
     let mut stretches: Vec<Vec<f64>> = Vec::new();
     for (record, outputs) in records.iter().zip(&outputs) {
-        for i in (0..3).filter(|&i| observed[i]) {
+        for i in Output::ALL.into_iter().filter(|&i| observed[i]) {
             let rows = record
                 .samples
                 .iter()
                 .zip(outputs)
                 .filter(|(sample, _)| sample.weight > 0.0);
-            let weighted = |(sample, row): (&crate::evaluate::problem::Sample, &[f64; 3])| {
+            let weighted = |(sample, row): (&crate::evaluate::problem::Sample, &Outputs<f64>)| {
                 (sample.weight * problem.scale[i]).sqrt() * (sample.target[i] - row[i])
             };
             stretches.push(rows.map(weighted).collect());
@@ -358,7 +358,7 @@ fn inflation(problem: &Problem, free: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::evaluate::problem::{Sample, Series};
-    use crate::model::{Output, Structure};
+    use crate::model::{Input, Structure};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -369,7 +369,11 @@ mod tests {
         let time: Vec<f64> = (0..20_000).map(|k| f64::from(k) * 1e-3).collect();
         let sample = |t: &f64| Sample {
             pieces: 1,
-            input: [5.0 * (9.0 * t).sin(), 0.0, 0.0, 0.0, 0.0, 0.0, *t],
+            input: Input {
+                command: 5.0 * (9.0 * t).sin(),
+                time: *t,
+                ..Input::default()
+            },
             weight: f64::from(u8::from(*t >= 1.0)),
             ..Sample::default()
         };
@@ -389,7 +393,7 @@ mod tests {
                 residual = rho * residual + rng.random_range(-1.0..1.0);
                 // What runs in is not compared.
                 let off = if sample.weight > 0.0 { 0.0 } else { 100.0 };
-                sample.target[Output::Spool as usize] = row[0] + size * residual + off;
+                sample.target[Output::Spool] = row[Output::Spool] + size * residual + off;
             }
             let data = Data::Series(vec![series.clone()]);
             let problem = Problem::new(structure.clone(), parameters.clone(), data);

@@ -4,13 +4,13 @@ use super::{Record, problem};
 use servobee::evaluate::Problem;
 use servobee::model::effects::{CATALOGUE, Effect, Scale, Trial};
 use servobee::model::valve::{Drop, ValveForm};
-use servobee::model::{Hold, Output, Parameter, Structure};
+use servobee::model::{Hold, Output, Outputs, Parameter, ServoValve, Structure};
 
 /// A spool and its flow at rated drop.
 pub(crate) fn bench() -> Structure {
     Structure {
         observed: vec![Output::Spool, Output::Flow],
-        valve: Some(ValveForm::linear()),
+        base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(10.0, "V")
     }
 }
@@ -19,10 +19,11 @@ pub(crate) fn bench() -> Structure {
 pub(crate) fn piston() -> Structure {
     Structure {
         observed: vec![Output::Flow, Output::Position],
-        valve: Some(ValveForm {
+        base: ServoValve::with(ValveForm {
             drop: Drop::Supply,
             ..ValveForm::linear()
-        }),
+        })
+        .into(),
         ..Structure::actuator(10.0, "V")
     }
 }
@@ -39,19 +40,19 @@ pub(crate) const BASE: [(&str, f64); 6] = [
 
 /// The size of things in the records of [`Record`], for rows 1 ms apart.
 pub(crate) fn scale(structure: &Structure) -> Scale {
-    let pressure = structure.valve.as_ref().map(|valve| valve.drop);
+    let pressure = structure.valve().map(|valve| valve.drop);
     Scale {
         command: structure.full_scale,
         command_unit: structure.command_unit.clone(),
-        outputs: [10.0, 60.0, 100.0],
-        units: Output::ALL.map(|output| structure.unit(output).to_owned()),
+        outputs: Outputs([10.0, 60.0, 100.0]),
+        units: Outputs::from_fn(|output| structure.unit(output).to_owned()),
         interval: 1e-3,
         length: 1.0,
         temperature: false,
         pressure: pressure.is_some_and(|drop| drop != Drop::Rated),
         rated_drop: 10.0,
         speed: 20.0 * structure.full_scale,
-        lines: [Some(37.0); 3],
+        lines: Outputs::all(Some(37.0)),
     }
 }
 

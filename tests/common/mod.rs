@@ -10,7 +10,9 @@ use servobee::evaluate::simulate::{SLICE, outputs, response};
 use servobee::evaluate::{Population, Problem};
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
-use servobee::model::{Hold, Initial, Output, Parameter, Piston, Plant, Scale, Structure};
+use servobee::model::{
+    Hold, Initial, Input, Output, Outputs, Parameter, Piston, Plant, Scale, ServoValve, Structure,
+};
 use std::f64::consts::TAU;
 
 /// An evaluator on the best adapter; none where there is no adapter and the caller has allowed that.
@@ -55,7 +57,7 @@ impl Case {
             },
             problem: problem.clone(),
         };
-        if let Some(valve) = &structure.valve {
+        if let Some(valve) = structure.valve() {
             if valve.transition == Transition::PressureRatio {
                 case.idle = &["viscosity"];
                 case.idle_text.push(LAMINAR);
@@ -99,7 +101,7 @@ fn integrates(structure: &Structure) -> bool {
 /// The inputs of one record: times and commands, tank and port pressures, temperature.
 pub(crate) struct Record {
     pub(crate) time: Vec<f64>,
-    pub(crate) inputs: Vec<[f64; 7]>,
+    pub(crate) inputs: Vec<Input<f64>>,
 }
 
 impl Record {
@@ -124,15 +126,15 @@ impl Record {
             let level = [0.3, 0.95, -0.95, 0.1, -0.5, 0.0][(t / 0.09) as usize % 6];
             let wobble = (TAU * (1.0 + 5.0 * t.min(3.0)) * t).sin();
             let swing = |rate: f64| (TAU * rate * t).sin();
-            [
-                scale * (0.7 * level + 0.4 * wobble),
-                100.0 + 10.0 * swing(3.0),
-                4.0 + swing(5.0),
-                60.0 + 15.0 * swing(2.0),
-                45.0 + 15.0 * swing(7.0),
-                40.0 + 20.0 * swing(0.5),
-                t,
-            ]
+            Input {
+                command: scale * (0.7 * level + 0.4 * wobble),
+                supply: 100.0 + 10.0 * swing(3.0),
+                tank: 4.0 + swing(5.0),
+                a: 60.0 + 15.0 * swing(2.0),
+                b: 45.0 + 15.0 * swing(7.0),
+                temperature: 40.0 + 20.0 * swing(0.5),
+                time: t,
+            }
         };
         Self {
             inputs: time.iter().map(input).collect(),
@@ -143,7 +145,14 @@ impl Record {
     /// All pressures times `factor`.
     fn pressures_times(mut self, factor: f64) -> Self {
         for input in &mut self.inputs {
-            input[1..5].iter_mut().for_each(|value| *value *= factor);
+            for pressure in [
+                &mut input.supply,
+                &mut input.tank,
+                &mut input.a,
+                &mut input.b,
+            ] {
+                *pressure *= factor;
+            }
         }
         self
     }
@@ -184,7 +193,7 @@ pub(crate) fn problem(
     let rate = structure.fastest_rate(&parameters);
     let truth: Vec<f64> = parameters.iter().map(|p| p.start).collect();
     let mut all = Vec::new();
-    let mut squares = [0.0; 3];
+    let mut squares = Outputs::all(0.0);
     for (number, record) in records.into_iter().enumerate() {
         let samples = record.inputs.iter().map(|&input| Sample {
             input,
@@ -199,20 +208,20 @@ pub(crate) fn problem(
         // The measured position at the first row is where an integration starts.
         let integrated = integrates(&structure);
         if integrated {
-            one.samples[0].target[2] = 12.0;
+            one.samples[0].target[Output::Position] = 12.0;
         }
         one.set_steps(rate, 1);
         let outputs = outputs(&structure, &truth, &one);
-        let peak = |i: usize| {
+        let peak = |i: Output| {
             outputs
                 .iter()
                 .fold(0.0, |peak, row| f64::max(peak, row[i].abs()))
         };
-        let peaks = [0, 1, 2].map(peak);
+        let peaks = Outputs::from_fn(peak);
         for (k, (sample, row)) in one.samples.iter_mut().zip(&outputs).enumerate() {
             sample.weight = [1.0, 0.5, 1.0, 2.0, 0.0, 1.0, 1.0][k % 7];
-            for i in 0..3 {
-                if k > 0 || i != 2 || !integrated {
+            for i in Output::ALL {
+                if k > 0 || i != Output::Position || !integrated {
                     sample.target[i] = 0.9 * row[i] + 0.1 * peaks[i];
                 }
                 let error = sample.target[i] - row[i];
@@ -221,15 +230,15 @@ pub(crate) fn problem(
         }
         all.push(one);
     }
-    let observed = squares.iter().filter(|&&sum| sum > 0.0).count() as f64;
+    let observed = squares.0.iter().filter(|&&sum| sum > 0.0).count() as f64;
     let mut problem = Problem::new(structure, parameters, Data::Series(all));
-    problem.scale = squares.map(|sum| {
+    problem.scale = Outputs(squares.0.map(|sum| {
         if sum > 0.0 {
             1.0 / (observed * sum)
         } else {
             0.0
         }
-    });
+    }));
     problem
 }
 
@@ -331,7 +340,7 @@ pub(crate) fn cases() -> Vec<Case> {
     };
     let driven = |observed: &[Output], valve| Structure {
         observed: observed.to_vec(),
-        valve: Some(valve),
+        base: ServoValve::with(valve).into(),
         ..actuator()
     };
     let position = [("piston_area", 20.0)];
@@ -382,7 +391,11 @@ pub(crate) fn cases() -> Vec<Case> {
         case(
             "actuator, spool in mm",
             Structure {
-                spool_unit: Some("mm".into()),
+                base: ServoValve {
+                    spool_unit: Some("mm".into()),
+                    ..ServoValve::default()
+                }
+                .into(),
                 ..actuator()
             },
             &[&ACTUATOR, &[("spool_gain", 0.3)]],
@@ -484,7 +497,11 @@ pub(crate) fn cases() -> Vec<Case> {
             "servo position",
             Structure {
                 observed: vec![Output::Position],
-                piston: Piston::Servo,
+                base: ServoValve {
+                    piston: Piston::Servo,
+                    ..ServoValve::default()
+                }
+                .into(),
                 ..actuator()
             },
             &[&ACTUATOR],

@@ -5,7 +5,7 @@ use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::{Effect, Port, Scale};
 use servobee::model::valve::ValveForm;
-use servobee::model::{Output, Parameter, Structure};
+use servobee::model::{Output, Outputs, Parameter, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use std::f64::consts::TAU;
 
@@ -170,7 +170,7 @@ pub(super) struct Signature {
 pub(super) fn bench() -> Structure {
     Structure {
         observed: Output::ALL.into(),
-        valve: Some(ValveForm::linear()),
+        base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(FULL_SCALE, "V")
     }
 }
@@ -181,15 +181,15 @@ pub(super) fn scale(seconds: f64) -> Scale {
     Scale {
         command: FULL_SCALE,
         command_unit: structure.command_unit.clone(),
-        outputs: [FULL_SCALE, 100.0, 100.0],
-        units: Output::ALL.map(|output| structure.unit(output).to_owned()),
+        outputs: Outputs([FULL_SCALE, 100.0, 100.0]),
+        units: Outputs::from_fn(|output| structure.unit(output).to_owned()),
         interval: 1.0 / RATE,
         length: seconds,
         temperature: false,
         pressure: false,
         rated_drop: 10.0,
         speed: 20.0 * structure.full_scale,
-        lines: [Some(50.0); 3],
+        lines: Outputs::all(Some(50.0)),
     }
 }
 
@@ -223,12 +223,12 @@ impl Bench {
         })
     }
 
-    fn without(&self) -> Vec<[f64; 3]> {
+    fn without(&self) -> Vec<Outputs<f64>> {
         let values: Vec<f64> = self.base.iter().map(|parameter| parameter.start).collect();
         outputs(&bench(), &values, &self.series)
     }
 
-    fn with(&self, own: &[f64]) -> Vec<[f64; 3]> {
+    fn with(&self, own: &[f64]) -> Vec<Outputs<f64>> {
         let mut values: Vec<f64> = self.base.iter().map(|parameter| parameter.start).collect();
         values.extend(own);
         outputs(&self.structure, &values, &self.series)
@@ -292,10 +292,10 @@ impl Signature {
         let own: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
         let (without, with) = (bench.without(), bench.with(&own));
 
-        let of = |output: Output| without.iter().map(|row| row[output as usize]).collect();
+        let of = |output: Output| without.iter().map(|row| row[output]).collect();
         let commanded = || {
             let samples = bench.series.samples.iter();
-            samples.map(|sample| sample.input[0]).collect()
+            samples.map(|sample| sample.input.command).collect()
         };
         let unit = |output: Output| bench.structure.unit(output);
         let first = match over {
@@ -315,7 +315,7 @@ impl Signature {
         let residual = with
             .iter()
             .zip(&without)
-            .map(|(with, without)| with[output as usize] - without[output as usize]);
+            .map(|(with, without)| with[output] - without[output]);
         let points = over.into_iter().zip(residual).map(|(x, y)| [x, y]);
         Ok(Self {
             values,

@@ -1,5 +1,6 @@
 //! The shader's structs, field by field; a test holds their offsets against naga's.
 
+use crate::model::{Input, Output};
 use bytemuck::{Pod, Zeroable};
 
 /// `Work` of the shader.
@@ -37,11 +38,11 @@ pub struct Sample {
     /// Weight of the row's squared errors.
     pub weight: f32,
     /// Command, supply, tank, A, B, temperature and time.
-    pub input: [f32; 7],
+    pub input: [f32; Input::<f64>::COUNT],
     /// What `f32` leaves of the time.
     pub time_rest: f32,
     /// Measured spool, flow and position.
-    pub target: [f32; 3],
+    pub target: [f32; Output::COUNT],
 }
 
 /// `Series` of the shader.

@@ -11,6 +11,7 @@ use super::wave::Part;
 use crate::evaluate::Cost;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::simulate::CHUNK;
+use crate::model::Outputs;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -197,9 +198,9 @@ impl Ready<'_> {
             }
             Cost::finished(match &*problem.data {
                 Data::Series(_) => {
-                    let mut squares = [0.0; 3];
+                    let mut squares = Outputs::all(0.0);
                     for slice in sums() {
-                        for (square, &sum) in squares.iter_mut().zip(slice) {
+                        for (square, &sum) in squares.0.iter_mut().zip(slice) {
                             *square += f64::from(sum);
                         }
                     }

@@ -160,9 +160,9 @@ fn row(sample: &Sample) -> layout::Sample {
         leaps,
         pieces: sample.pieces,
         weight: sample.weight as f32,
-        input: sample.input.map(|value| value as f32),
-        time_rest: (sample.input[6] - f64::from(sample.input[6] as f32)) as f32,
-        target: sample.target.map(|value| value as f32),
+        input: sample.input.numbers().map(|value| value as f32),
+        time_rest: (sample.input.time - f64::from(sample.input.time as f32)) as f32,
+        target: sample.target.0.map(|value| value as f32),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What an effect can do at its port. Every method's default changes nothing.
 
-use crate::model::Real;
+use crate::model::{Input, Real};
 
 /// How the spool moves, in the unit of the command.
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +14,7 @@ pub struct Motion<R> {
     /// Spool velocity (z − x)/T.
     pub speed: R,
     /// The sign in which it moves, or sets out to move, when the integration step begins; zero while it sticks.
-    pub heading: R,
+    pub slip_direction: R,
     /// The opening of the valve times the pressure drop over the reference one.
     pub load: R,
 }
@@ -30,6 +30,18 @@ pub struct Moment<R> {
     pub opening: R,
     /// Pressure drop from P to T, bar.
     pub drop: R,
+}
+
+impl<R: Real> Moment<R> {
+    /// The moment of `input` where no valve opens.
+    pub fn of(input: &Input<R>) -> Self {
+        Self {
+            time: input.time,
+            temperature: input.temperature,
+            opening: R::constant(0.0),
+            drop: R::constant(0.0),
+        }
+    }
 }
 
 /// An effect with values for its parameters. `own` are the states that belong to it.
@@ -62,21 +74,21 @@ pub trait Act<R: Real> {
         speed
     }
 
-    /// Whether the spool can stick, so that [`Act::heading`] counts.
+    /// Whether the spool can stick, so that [`Act::slip_direction`] counts.
     fn sticks(&self) -> bool {
         false
     }
 
-    /// The heading of a spool that has this `drive` when an integration step begins.
+    /// The slip_direction of a spool that has this `drive` when an integration step begins.
     #[inline(always)]
-    fn heading(&self, _drive: R, motion: &Motion<R>) -> R {
-        motion.heading
+    fn slip_direction(&self, _drive: R, motion: &Motion<R>) -> R {
+        motion.slip_direction
     }
 
     /// Where the integrator (z, which leads the spool) and the spool are after an integration step of `step` seconds that
     /// ended with these and this `drive`; `start` is the motion at its start.
     #[inline(always)]
-    fn settle(&self, lead: R, spool: R, _drive: R, _start: &Motion<R>, _step: R) -> (R, R) {
+    fn end_step(&self, lead: R, spool: R, _drive: R, _start: &Motion<R>, _step: R) -> (R, R) {
         (lead, spool)
     }
 

@@ -2,7 +2,7 @@
 
 use super::{entry, known};
 use crate::model::valve::Drop;
-use crate::model::{Drive, Output, Parameter, Piston, Structure};
+use crate::model::{Output, Outputs, Parameter, Piston, Structure};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
@@ -42,10 +42,10 @@ pub struct Scale {
     pub command: f64,
     /// The command's unit.
     pub command_unit: String,
-    /// Largest magnitude of each output, in the order of [`Output::ALL`].
-    pub outputs: [f64; 3],
+    /// Largest magnitude of each output.
+    pub outputs: Outputs<f64>,
     /// Unit of each output.
-    pub units: [String; 3],
+    pub units: Outputs<String>,
     /// Interval between two rows, s.
     pub interval: f64,
     /// Length of the record, s.
@@ -59,18 +59,18 @@ pub struct Scale {
     /// Largest speed of the spool, command units per second.
     pub speed: f64,
     /// The frequency of each output's strongest spectral line that nothing known explains, Hz.
-    pub lines: [Option<f64>; 3],
+    pub lines: Outputs<Option<f64>>,
 }
 
 impl Scale {
     /// Largest magnitude of an output.
     pub fn output(&self, output: Option<Output>) -> f64 {
-        self.outputs[output.map_or(0, |output| output as usize)]
+        self.outputs[output.unwrap_or(Output::Spool)]
     }
 
     /// Unit of an output.
     pub fn unit(&self, output: Option<Output>) -> &str {
-        &self.units[output.map_or(0, |output| output as usize)]
+        &self.units[output.unwrap_or(Output::Spool)]
     }
 }
 
@@ -145,11 +145,11 @@ pub(super) fn always(_: &Structure) -> bool {
 }
 
 pub(super) fn moves_a_spool(structure: &Structure) -> bool {
-    structure.drive == Drive::Actuator
+    structure.has(Port::Actuator)
 }
 
 pub(super) fn has_a_valve(structure: &Structure) -> bool {
-    structure.valve.is_some()
+    structure.has(Port::Area)
 }
 
 pub(super) fn any_output(_: &Structure, _: Output) -> bool {
@@ -161,14 +161,15 @@ pub(super) fn flow_outputs(structure: &Structure, output: Output) -> bool {
     match output {
         Output::Spool => false,
         Output::Flow => true,
-        Output::Position => structure.piston == Piston::Integrated,
+        Output::Position => structure
+            .servo_valve()
+            .is_some_and(|base| base.piston == Piston::Integrated),
     }
 }
 
 pub(super) fn has_a_rated_drop(structure: &Structure) -> bool {
     structure
-        .valve
-        .as_ref()
+        .valve()
         .is_some_and(|valve| valve.drop == Drop::Rated)
 }
 

@@ -59,7 +59,7 @@ mod tests {
             time_constant: 0.003,
             spool: 1.0,
             speed: 0.0,
-            heading: 0.0,
+            slip_direction: 0.0,
             load: 2.0,
         };
         assert_eq!(effect.drive(100.0, &motion), 100.0 - 200.0 * 0.1 * 2.0);

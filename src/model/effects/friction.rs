@@ -91,7 +91,7 @@ impl<R: Real> Act<R> for Friction<R> {
     }
 
     #[inline(always)]
-    fn heading(&self, drive: R, motion: &Motion<R>) -> R {
+    fn slip_direction(&self, drive: R, motion: &Motion<R>) -> R {
         let moves = motion.speed.abs();
         moves.if_positive(motion.speed, self.excess(drive, motion))
     }
@@ -103,12 +103,12 @@ impl<R: Real> Act<R> for Friction<R> {
         let sliding =
             motion.gain * (self.coulomb + self.stiction / (R::constant(1.0) + ratio * ratio));
         let resting = self.excess(drive, motion);
-        let forward = motion.heading.if_positive(drive - sliding, resting);
-        (-motion.heading).if_positive(drive + sliding, forward)
+        let forward = motion.slip_direction.if_positive(drive - sliding, resting);
+        (-motion.slip_direction).if_positive(drive + sliding, forward)
     }
 
     #[inline(always)]
-    fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+    fn end_step(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
         // Where its speed changes sign within the step it comes to rest, and stays there unless the drive breaks it away
         // for what is left of the step.
         let ahead = lead - spool;
@@ -119,7 +119,7 @@ impl<R: Real> Act<R> for Friction<R> {
         let left = (R::constant(1.0) - share) * step;
         let ahead_then = self.excess(drive, start) * left;
         let spool_then = rest + half * ahead_then * left / start.time_constant;
-        let turned = -(start.heading * ahead);
+        let turned = -(start.slip_direction * ahead);
         let breakaway = self.breakaway(start);
         let lead_then = turned.if_positive(spool_then + ahead_then, lead);
         let spool_then = turned.if_positive(spool_then, spool);
@@ -138,12 +138,12 @@ mod tests {
     fn it_sticks_slides_and_comes_to_rest() {
         let mut values = [0.1, 0.2, 5.0].into_iter();
         let effect: Friction<f64> = Friction::new(|| values.next().unwrap());
-        let motion = |speed, heading| Motion {
+        let motion = |speed, slip_direction| Motion {
             gain: 200.0,
             time_constant: 0.003,
             spool: 1.0,
             speed,
-            heading,
+            slip_direction,
             load: 2.0,
         };
         // At rest K (F + F_s) = 60 holds it; at the Stribeck speed K (F + F_s / 2) = 40 brakes it.
@@ -151,7 +151,7 @@ mod tests {
         assert!((drive(59.0, 0.0)).abs() < 1e-12 && (drive(-70.0, 0.0) + 10.0).abs() < 1e-9);
         assert!((drive(0.0, 5.0) + 40.0).abs() < 1e-9 && (drive(0.0, -5.0) - 40.0).abs() < 1e-9);
         // From 4 V/s to -4 V/s: at rest in the middle of the step, 4 * 0.5 / 2 of a step further.
-        let (lead, spool) = effect.settle(1.0 - 0.012, 1.0, 30.0, &motion(4.0, 1.0), 1e-3);
+        let (lead, spool) = effect.end_step(1.0 - 0.012, 1.0, 30.0, &motion(4.0, 1.0), 1e-3);
         assert!(lead == spool && (spool - 1.001).abs() < 1e-12, "{lead} {spool}");
     }
 }

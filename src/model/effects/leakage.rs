@@ -2,7 +2,7 @@
 
 use super::entry;
 use super::{Act, Entry, Moment, Port};
-use crate::model::{Parameter, Real};
+use crate::model::{Output, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "leakage",
@@ -14,7 +14,7 @@ pub(super) const ENTRY: Entry = Entry {
     confused: "sensor_offset on the flow, which does not go when the valve opens; overlap",
     source: "Merritt, Hydraulic Control Systems, 1967; ISO 10770-1, internal leakage",
     parameters: |scale, _| {
-        let flow = scale.outputs[1];
+        let flow = scale.outputs[Output::Flow];
         let laminar = Parameter::linear(
             "leakage_laminar",
             "L/min/bar",
@@ -36,7 +36,7 @@ pub(super) const ENTRY: Entry = Entry {
     trials: |scale, _| {
         [1.0, 4.0, 12.0]
             .map(|width| {
-                let mut trial = vec![0.02 * scale.outputs[1], width];
+                let mut trial = vec![0.02 * scale.outputs[Output::Flow], width];
                 trial.extend(scale.pressure.then_some(0.0));
                 trial
             })

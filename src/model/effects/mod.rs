@@ -66,12 +66,12 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => Act::<R>::sticks(effect),)* Self::Own(users) => users.0.sticks() }
             }
             #[inline(always)]
-            fn heading(&self, drive: R, motion: &Motion<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.heading(drive, motion),)* Self::Own(users) => users.0.heading(drive, motion) }
+            fn slip_direction(&self, drive: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.slip_direction(drive, motion),)* Self::Own(users) => users.0.slip_direction(drive, motion) }
             }
             #[inline(always)]
-            fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
-                match self { $(Self::$Type(effect) => effect.settle(lead, spool, drive, start, step),)* Self::Own(users) => users.0.settle(lead, spool, drive, start, step) }
+            fn end_step(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+                match self { $(Self::$Type(effect) => effect.end_step(lead, spool, drive, start, step),)* Self::Own(users) => users.0.end_step(lead, spool, drive, start, step) }
             }
             #[inline(always)]
             fn place(&self, spool: R) -> R {

@@ -4,7 +4,7 @@ use super::act::Act;
 use super::{CATALOGUE, Entry};
 use crate::model::real::reading::{Readings, for_number, reading};
 use crate::model::valve::ValveForm;
-use crate::model::{Initial, MOST_STATES, Output, Parameter, Real, Structure};
+use crate::model::{Initial, MOST_STATES, Output, Parameter, Real, ServoValve, Structure};
 use crate::{Error, Result};
 use std::fmt;
 use std::rc::Rc;
@@ -130,9 +130,12 @@ fn names(parameters: Vec<Parameter>) -> Vec<String> {
 fn everything() -> Structure {
     let bare = Structure {
         observed: Output::ALL.to_vec(),
-        spool_unit: Some("%".into()),
         initial: Initial::Free,
-        valve: Some(ValveForm::linear()),
+        base: ServoValve {
+            spool_unit: Some("%".into()),
+            ..ServoValve::with(ValveForm::linear())
+        }
+        .into(),
         ..Structure::actuator(10.0, "V")
     };
     let effects = CATALOGUE.iter().flat_map(|entry| entry.on(&bare));

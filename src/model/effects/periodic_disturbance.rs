@@ -39,7 +39,7 @@ pub(super) const ENTRY: Entry = Entry {
         ]
     },
     trials: |scale, output| {
-        let line = output.and_then(|output| scale.lines[output as usize]);
+        let line = output.and_then(|output| scale.lines[output]);
         let small = 1e-3 * scale.output(output);
         line.map(|frequency| vec![frequency, small, small])
             .into_iter()

@@ -55,7 +55,7 @@ impl<R: Real> Act<R> for SlewLimit<R> {
     }
 
     #[inline(always)]
-    fn settle(&self, lead: R, spool: R, _drive: R, start: &Motion<R>, _step: R) -> (R, R) {
+    fn end_step(&self, lead: R, spool: R, _drive: R, start: &Motion<R>, _step: R) -> (R, R) {
         // The speed is a state: the lead z = x + T v has no more of it than the spool, so that nothing winds up.
         let most = self.limit * start.time_constant;
         (lead.clamp(spool - most, spool + most), spool)
@@ -75,12 +75,12 @@ mod tests {
             time_constant: 0.003,
             spool: 1.0,
             speed: 100.0,
-            heading: 0.0,
+            slip_direction: 0.0,
             load: 2.0,
         };
         assert_eq!([-150.0, 50.0].map(|v| effect.speed(v)), [-100.0, 50.0]);
-        let (lead, spool) = effect.settle(2.0, 1.0, 0.0, &start, 1e-4);
+        let (lead, spool) = effect.end_step(2.0, 1.0, 0.0, &start, 1e-4);
         assert!((lead - 1.3).abs() < 1e-12 && spool == 1.0);
-        assert_eq!(effect.settle(1.2, 1.0, 0.0, &start, 1e-4), (1.2, 1.0));
+        assert_eq!(effect.end_step(1.2, 1.0, 0.0, &start, 1e-4), (1.2, 1.0));
     }
 }

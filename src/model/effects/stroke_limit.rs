@@ -54,7 +54,7 @@ impl<R: Real> Act<R> for StrokeLimit<R> {
     }
 
     #[inline(always)]
-    fn settle(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+    fn end_step(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
         // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back.
         let zero = R::constant(0.0);
         let (above, below) = (spool - self.limit, -self.limit - spool);
@@ -93,14 +93,14 @@ mod tests {
             time_constant: 0.003,
             spool: 1.0,
             speed: 0.0,
-            heading: 0.0,
+            slip_direction: 0.0,
             load: 2.0,
         };
         // Pushed on it stays; pulled back by 100 V/s for half the step it leaves.
-        assert_eq!(effect.settle(4.0, 2.0, 50.0, &start, 1e-3), (1.5, 1.5));
-        let (lead, spool) = effect.settle(4.0, 2.0, -100.0, &start, 1e-3);
+        assert_eq!(effect.end_step(4.0, 2.0, 50.0, &start, 1e-3), (1.5, 1.5));
+        let (lead, spool) = effect.end_step(4.0, 2.0, -100.0, &start, 1e-3);
         let expected = 1.5 - 0.5 * 0.05 * 5e-4 / 0.003;
         assert!((spool - expected).abs() < 1e-12 && (lead - spool + 0.05).abs() < 1e-12);
-        assert_eq!(effect.settle(1.2, 1.4, 50.0, &start, 1e-3), (1.2, 1.4));
+        assert_eq!(effect.end_step(1.2, 1.4, 50.0, &start, 1e-3), (1.2, 1.4));
     }
 }

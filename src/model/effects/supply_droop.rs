@@ -2,7 +2,7 @@
 
 use super::entry;
 use super::{Act, Entry, Port};
-use crate::model::{Pace, Parameter, Real};
+use crate::model::{Output, Pace, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "supply_droop",
@@ -20,7 +20,7 @@ pub(super) const ENTRY: Entry = Entry {
                 "bar/(L/min)",
                 0.0,
                 0.0,
-                2.0 * scale.rated_drop / scale.outputs[1],
+                2.0 * scale.rated_drop / scale.outputs[Output::Flow],
             ),
             Parameter::log("supply_lag", "s", scale.interval, 20.0 * scale.interval, 2e3 * scale.interval)
                 .paced(Pace::TimeConstant),
@@ -29,7 +29,7 @@ pub(super) const ENTRY: Entry = Entry {
     trials: |scale, _| {
         [(0.05, 20.0), (0.05, 200.0), (0.4, 5.0), (0.4, 50.0), (0.4, 400.0)]
             .map(|(share, rows)| {
-                let droop = share * scale.rated_drop / scale.outputs[1];
+                let droop = share * scale.rated_drop / scale.outputs[Output::Flow];
                 vec![droop, rows * scale.interval]
             })
             .to_vec()

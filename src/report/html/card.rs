@@ -60,7 +60,7 @@ fn shown(value: f64) -> String {
 /// The slow cycle, beside the flow as it was measured at the spool's positions.
 fn flow_curve(cycle: &Cycle, figures: &[Figure], identified: &Identified) -> Markup {
     let structure = &identified.after.problem.structure;
-    let flows = structure.valve.is_some();
+    let flows = structure.valve().is_some();
     let unit = if flows {
         "L/min"
     } else {
@@ -126,7 +126,7 @@ fn measured(identified: &Identified) -> Vec<(f64, f64)> {
     let structure = &identified.after.problem.structure;
     if !structure.observes(Output::Flow)
         || !structure.observes(Output::Spool)
-        || structure.spool_unit.is_some()
+        || structure.spool_unit().is_some()
     {
         return Vec::new();
     }

@@ -207,15 +207,15 @@ pub(super) fn capitalised(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Structure;
     use crate::model::effects::CATALOGUE;
     use crate::model::valve::ValveForm;
+    use crate::model::{ServoValve, Structure};
 
     #[test]
     fn every_finding_has_the_values_of_its_own_effect() {
         let base = Structure {
             observed: Output::ALL.into(),
-            valve: Some(ValveForm::linear()),
+            base: ServoValve::with(ValveForm::linear()).into(),
             ..Structure::actuator(10.0, "V")
         };
         let known = base.parameters();

@@ -4,7 +4,7 @@ use super::ModelFile;
 use crate::Result;
 use crate::model::effects::Port;
 use crate::model::valve::AreaLaw;
-use crate::model::{Drive, FreeForm, Output, Piston, Signal, Structure};
+use crate::model::{FreeForm, Output, Piston, Signal, Structure};
 use crate::record::{Quantity, Unit, quoted};
 use std::ops::RangeInclusive;
 
@@ -38,7 +38,7 @@ impl ModelFile {
         }
         for (key, unit) in [
             ("command_unit", Some(command_unit)),
-            ("spool_unit", structure.spool_unit.as_ref()),
+            ("spool_unit", structure.spool_unit()),
         ] {
             let Some(unit) = unit else { continue };
             let kept = Quantity::Signal.unit(Some(unit), key).map(Unit::kept);
@@ -57,10 +57,8 @@ impl ModelFile {
                 "list at least one of \"spool\", \"flow\", \"position\", in this order",
             );
         }
-        if structure.piston == Piston::Servo
-            && structure.observes(Output::Position)
-            && command_unit != "mm"
-        {
+        let servo = structure.servo_valve().map(|base| base.piston) == Some(Piston::Servo);
+        if servo && structure.observes(Output::Position) && command_unit != "mm" {
             return refuse(
                 &["piston"],
                 format!("a position loop has its command in mm, not in {command_unit}"),
@@ -111,7 +109,7 @@ impl ModelFile {
                 );
             }
         }
-        match (&structure.valve, structure.needs_valve()) {
+        match (structure.valve(), structure.needs_valve()) {
             (None, true) => refuse(
                 &["observed"],
                 "flow, or a position that integrates it, needs a valve".into(),
@@ -155,8 +153,8 @@ impl ModelFile {
 fn acts(form: &FreeForm, structure: &Structure) -> bool {
     match (form.port, form.signal, form.output) {
         (Port::Command, Signal::Command, None) => true,
-        (Port::Actuator, Signal::Spool | Signal::Speed, None) => structure.drive == Drive::Actuator,
-        (Port::Area, Signal::Spool, None) => structure.valve.is_some(),
+        (Port::Actuator, Signal::Spool | Signal::Speed, None) => structure.has(Port::Actuator),
+        (Port::Area, Signal::Spool, None) => structure.has(Port::Area),
         (Port::Measurement, _, Some(output)) => structure.observes(output),
         _ => false,
     }

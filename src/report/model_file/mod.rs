@@ -206,7 +206,7 @@ impl ModelFile {
         let mut structure = Structure::deserialize(ValueDeserializer::from(value))
             .map_err(|error| self.toml_error(&error))?;
         if removes_valve && !structure.needs_valve() {
-            structure.valve = None;
+            structure.remove_valve();
         }
         structure.effects.sort_by_key(Effect::rank);
         self.check(&structure)?;

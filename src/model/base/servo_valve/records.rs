@@ -1,8 +1,11 @@
 //! The base model that a record asks for: its structure, and bounds for its parameters that follow from the data.
 
+use super::{GAIN, PISTON_AREA, PISTON_SPEED, Piston, SPOOL_GAIN, ServoValve, TIME_CONSTANT};
 use crate::model::effects::Scale;
-use crate::model::valve::{AreaLaw, Drop, ValveForm};
-use crate::model::{Output, Parameter, Piston, Structure};
+use crate::model::valve::{
+    self, AreaLaw, DENSITY, DISCHARGE_COEFFICIENT, Drop, MAX_AREA, RATED_DROP, ValveForm,
+};
+use crate::model::{Output, Outputs, Parameter, Structure};
 use crate::record::{Channel, Record, Series, full_scale};
 use crate::{Error, Result};
 
@@ -10,8 +13,6 @@ use crate::{Error, Result};
 const AROUND: f64 = 100.0;
 /// No servo valve is faster: time constants (s) are not sought below it, gains (1/s) not above its inverse.
 const FASTEST: f64 = 5e-5;
-/// mm/s of a piston of 1 cm² for each L/min.
-const PISTON_SPEED: f64 = 1e-3 / 60.0 / 1e-4 * 1e3;
 
 /// The base structure for `records` that are to be identified together.
 ///
@@ -39,7 +40,7 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
     let all_have = |channel: Channel| records.iter().all(|record| record.get(channel).is_some());
     let observed: Vec<Output> = Output::ALL
         .into_iter()
-        .filter(|&output| all_have(output.into()))
+        .filter(|&output| all_have(output.channel()))
         .collect();
     if observed.is_empty() {
         return Err(Error::input(
@@ -79,13 +80,17 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
     };
     Ok(Structure {
         observed,
-        spool_unit: spool_unit.map(String::from),
-        piston,
-        reversed: piston == Piston::Integrated && records.iter().map(along).sum::<f64>() < 0.0,
-        valve: has_valve.then(|| ValveForm {
-            drop,
-            ..ValveForm::linear()
-        }),
+        base: ServoValve {
+            spool_unit: spool_unit.map(String::from),
+            piston,
+            reversed: piston == Piston::Integrated && records.iter().map(along).sum::<f64>() < 0.0,
+            valve: has_valve.then(|| ValveForm {
+                drop,
+                ..ValveForm::linear()
+            }),
+            ..ServoValve::default()
+        }
+        .into(),
         ..Structure::actuator(full_scale, command_unit)
     })
 }
@@ -127,48 +132,46 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
         .observes(Output::Flow)
         .then(|| largest(records, Channel::Flow));
     // Without flow: what moves a piston of the nominal area as fast as the measured one.
-    let flow =
-        measured.unwrap_or_else(|| start("piston_area").unwrap_or(0.0) * speed / PISTON_SPEED);
+    let flow = measured.unwrap_or_else(|| start(PISTON_AREA).unwrap_or(0.0) * speed / PISTON_SPEED);
     let opening = (largest(records, Channel::Command) / structure.full_scale).min(1.0);
-    let velocity = (2.0 / start("density").unwrap_or(1.0)
+    let velocity = (2.0 / start(DENSITY).unwrap_or(1.0)
         * 1e5
-        * land_drop(structure, records, start("rated_drop")))
+        * land_drop(structure, records, start(RATED_DROP)))
     .sqrt();
     // L/min through 1 cm² at full opening.
-    let unit_flow = start("discharge_coefficient").unwrap_or(1.0) * 1e-4 * velocity * 6e4;
+    let unit_flow = start(DISCHARGE_COEFFICIENT).unwrap_or(1.0) * 1e-4 * velocity * 6e4;
     let area = flow / unit_flow / opening;
     let ratio = swing(records, Channel::Spool) / swing(records, Channel::Command);
     let against = records.iter().map(covariance).sum::<f64>() < 0.0;
 
     for parameter in &mut parameters {
         match parameter.name.as_str() {
-            "time_constant" => bound(parameter, fastest, slowest),
-            "gain" => bound(parameter, 1.0 / slowest, 1.0 / fastest),
-            "spool_gain" if against => {
+            TIME_CONSTANT => bound(parameter, fastest, slowest),
+            GAIN => bound(parameter, 1.0 / slowest, 1.0 / fastest),
+            SPOOL_GAIN if against => {
                 let range = 10.0 * ratio;
-                *parameter =
-                    Parameter::linear("spool_gain", &parameter.unit, -range, -ratio, range);
+                *parameter = Parameter::linear(SPOOL_GAIN, &parameter.unit, -range, -ratio, range);
             }
-            "spool_gain" => around(parameter, ratio),
-            "max_area" => around(parameter, area),
-            "piston_area" if measured.is_some() => around(parameter, flow * PISTON_SPEED / speed),
-            "piston_area" => parameter.fixed = true,
+            SPOOL_GAIN => around(parameter, ratio),
+            MAX_AREA => around(parameter, area),
+            PISTON_AREA if measured.is_some() => around(parameter, flow * PISTON_SPEED / speed),
+            PISTON_AREA => parameter.fixed = true,
             _ => {}
         }
     }
-    let law = structure.valve.as_ref().map(|valve| &valve.area);
+    let law = structure.valve().map(|valve| &valve.area);
     if let Some(AreaLaw::Table(openings) | AreaLaw::Signed(openings)) = law
         && area.is_normal()
     {
-        let areas = parameters
-            .iter_mut()
-            .filter(|p| p.name.starts_with("area_"));
         let least = if matches!(law, Some(AreaLaw::Signed(_))) {
             -1.0
         } else {
             0.0
         };
-        for (parameter, opening) in areas.zip(openings) {
+        for (number, opening) in openings.iter().enumerate() {
+            let name = valve::area_name(number);
+            let parameter = parameters.iter_mut().find(|p| p.name == name);
+            let parameter = parameter.expect("an area at each opening");
             (parameter.low, parameter.high) = (least * 3.0 * area, 3.0 * area);
             parameter.start = area * (opening / 100.0).clamp(least, 1.0);
         }
@@ -179,29 +182,31 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
 /// How large things are in `records`.
 pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
     let output = |output: Output| {
-        let largest = largest(records, output.into());
+        let largest = largest(records, output.channel());
         if largest > 0.0 { largest } else { 1.0 }
     };
-    let rated = structure.valve.iter().flat_map(ValveForm::parameters);
+    let rated = structure
+        .valve()
+        .into_iter()
+        .flat_map(ValveForm::parameters);
     Scale {
         command: structure.full_scale,
         command_unit: structure.command_unit.clone(),
-        outputs: Output::ALL.map(output),
-        units: Output::ALL.map(|output| structure.unit(output).to_owned()),
+        outputs: Outputs::from_fn(output),
+        units: Outputs::from_fn(|output| structure.unit(output).to_owned()),
         interval: sampling_interval(records),
         length: records.iter().map(length).fold(0.0, f64::max),
         temperature: series(records, Channel::Temperature).next().is_some(),
         pressure: structure
-            .valve
-            .as_ref()
+            .valve()
             .is_some_and(|valve| valve.drop != Drop::Rated),
         rated_drop: rated
-            .filter(|p| p.name == "rated_drop")
+            .filter(|p| p.name == RATED_DROP)
             .map(|p| p.start)
             .next()
             .unwrap_or(10.0),
         speed: 20.0 * structure.full_scale,
-        lines: [None; 3],
+        lines: Outputs::default(),
     }
 }
 
@@ -311,7 +316,7 @@ fn land_drop(structure: &Structure, records: &[Record], rated: Option<f64>) -> f
         };
         (0..record.samples()).map(drop).collect::<Vec<f64>>()
     };
-    let drop = match (rated, &structure.valve) {
+    let drop = match (rated, structure.valve()) {
         (Some(rated), _) => rated,
         (None, Some(_)) => median(records.iter().flat_map(drops)),
         (None, None) => 0.0,
@@ -356,12 +361,15 @@ mod tests {
             3.0
         );
         assert_eq!(
-            of(&[volts, (Spool, "%", 30.0)]).spool_unit.as_deref(),
+            of(&[volts, (Spool, "%", 30.0)])
+                .servo_valve()
+                .and_then(|base| base.spool_unit.as_deref()),
             Some("%")
         );
         let servo = of(&[(Command, "mm", 3.0), (Position, "mm", 3.0)]);
-        assert_eq!((servo.piston, servo.valve), (Piston::Servo, None));
-        let drop = |channels: &[_]| of(channels).valve.unwrap().drop;
+        let servo = servo.servo_valve().unwrap();
+        assert_eq!((servo.piston, &servo.valve), (Piston::Servo, &None));
+        let drop = |channels: &[_]| of(channels).valve().unwrap().drop;
         let flow = (Flow, "L/min", 60.0);
         assert_eq!(drop(&[volts, (Position, "mm", 3.0)]), Drop::Rated);
         let supply = (SupplyPressure, "bar", 70.0);
@@ -426,7 +434,7 @@ mod tests {
             60.0 / (0.7 * 1e-4 * (2.0 / 850.0 * 5e5f64).sqrt() * 6e4)
         ));
         // 60 L/min = 1e6 mm³/s at 25 · 2π mm/s.
-        assert!(near(start("piston_area"), 1e6 / (25.0 * TAU) / 100.0));
+        assert!(near(start(PISTON_AREA), 1e6 / (25.0 * TAU) / 100.0));
     }
 
     #[test]
@@ -435,7 +443,7 @@ mod tests {
         let records = [record(&[(Command, "V", 10.0), (Flow, "L/min", 60.0)])];
         let mut structure = structure_for(&records).unwrap();
         let area = named(&parameters_for(&structure, &records), "max_area").start;
-        structure.valve = Some(ValveForm::table(&[0.0, 20.0, 50.0, 100.0]));
+        structure.base = ServoValve::with(ValveForm::table(&[0.0, 20.0, 50.0, 100.0])).into();
         let parameters = parameters_for(&structure, &records);
         assert_eq!(named(&parameters, "area_1").start, 0.0);
         assert_eq!(named(&parameters, "area_3").start, 0.5 * area);

@@ -1,0 +1,228 @@
+//! Base models: what is simulated where no effect is attached.
+//!
+//! To add one: a file here that implements [`BaseModel`], [`WithEquations`] and [`Equations`], and its line in `base_models!` below. From
+//! outside this crate: the same traits and [`register_base`].
+
+mod own;
+pub mod servo_valve;
+
+pub use own::{OwnBase, register_base};
+pub use servo_valve::ServoValve;
+
+use super::actuator::Actuator;
+use super::effects::{Moment, Port};
+use super::ports::{Attached, Ports};
+use super::structure::Structure;
+use super::{Initial, Input, Output, Outputs, Parameter, Real};
+use crate::record::Channel;
+
+/// A base model as it is described: which parts it has, not the values of its parameters.
+pub trait BaseModel: Send + Sync + 'static {
+    /// Its name in model files.
+    fn name(&self) -> &'static str;
+
+    /// Names of its states, in their order.
+    fn states(&self, structure: &Structure) -> Vec<&'static str>;
+
+    /// Whether it has this port, beside those of command and measurement that every model has.
+    fn has(&self, _port: Port) -> bool {
+        false
+    }
+
+    /// The unit of `output`.
+    fn unit<'a>(&'a self, structure: &'a Structure, output: Output) -> &'a str;
+
+    /// Channels beside the command that have to be measured, as they drive it.
+    fn driven_by(&self) -> &'static [Channel] {
+        &[]
+    }
+
+    /// The fastest rate (1/s) of any candidate inside the bounds of `parameters`, as far as integration steps follow it.
+    fn fastest_rate(&self, parameters: &[Parameter]) -> f64 {
+        let rates = parameters.iter().filter_map(Parameter::fastest_rate);
+        rates.fold(0.0, f64::max)
+    }
+
+    /// Whether its states move in exact steps where nothing is attached to how they move: see [`Equations::exact_step`].
+    fn has_exact_step(&self, _structure: &Structure) -> bool {
+        false
+    }
+}
+
+/// A base model with its equations.
+pub trait WithEquations: BaseModel {
+    /// The equations with values for the parameters.
+    type Equations<R: Real>: Equations<R, Attached<R>> + 'static;
+
+    /// Its equations. Each parameter is declared where its value is used, always in the same order.
+    fn equations<R: Real>(
+        &self,
+        structure: &Structure,
+        parameters: &mut dyn Declare<R>,
+    ) -> Self::Equations<R>;
+}
+
+/// Where the equations of a base model get the values of their parameters from.
+pub trait Declare<R> {
+    /// The value of the parameter that `declare` describes.
+    fn parameter(&mut self, declare: &dyn Fn() -> Parameter) -> R;
+}
+
+/// What a base model shows at one instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Shown<R> {
+    /// The outputs before their sensors; zero where they are not observed.
+    pub outputs: Outputs<R>,
+    /// The surroundings of what is measured.
+    pub moment: Moment<R>,
+    /// Spool position in the unit of the command, or what stands for it.
+    pub spool: R,
+}
+
+/// A base model with values for its parameters. `state` begins with its own states, in the order of
+/// [`BaseModel::states`]; those of the effects follow and belong to `ports`. Every `input` has the command that acts.
+pub trait Equations<R: Real, P: Ports<R>> {
+    /// The states at the first row, where the outputs that are measured there are `measured`; all are zero before.
+    fn initial(
+        &self,
+        ports: &P,
+        state: &mut [R],
+        input: &Input<R>,
+        measured: &Outputs<R>,
+        initial: Initial,
+    );
+
+    /// The time derivative of the states, in an integration step that began with this slip direction.
+    fn derivative(
+        &self,
+        ports: &P,
+        state: &[R],
+        input: &Input<R>,
+        slip_direction: R,
+        slope: &mut [R],
+    );
+
+    /// What it shows. Its flow may be left out where `flow` is not asked for.
+    fn shown(&self, ports: &P, state: &[R], input: &Input<R>, flow: bool) -> Shown<R>;
+
+    /// The sign in which what can stick moves, or sets out to move, from `state`; zero while it sticks.
+    #[inline(always)]
+    fn slip_direction(&self, _ports: &P, _state: &[R], _input: &Input<R>) -> R {
+        R::constant(0.0)
+    }
+
+    /// What happens to its states at the end of an integration `step` from `before` to `state`: something sticks or meets
+    /// a stop. The `inputs` are those at the step's start and end.
+    #[inline(always)]
+    fn end_step(
+        &self,
+        _ports: &P,
+        _before: &[R],
+        _state: &mut [R],
+        _inputs: [&Input<R>; 2],
+        _slip_direction: R,
+        _step: R,
+    ) {
+    }
+
+    /// The velocity of the spool, or of what stands for it.
+    #[inline(always)]
+    fn speed(&self, _ports: &P, _state: &[R], _input: &Input<R>) -> R {
+        R::constant(0.0)
+    }
+
+    /// The actuator whose integrator and spool are the two states, where these are all that moves.
+    #[inline(always)]
+    fn exact_step(&self, _ports: &P) -> Option<&Actuator<R>> {
+        None
+    }
+}
+
+macro_rules! base_models {
+    ($($module:ident :: $Type:ident => $Equations:ident),+ $(,)?) => {
+        /// The base model of a structure.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Base {
+            $(#[doc = concat!("[`", stringify!($module), "`].")] $Type($Type),)+
+            /// One from outside this crate.
+            Own(OwnBase),
+        }
+
+        $(impl From<$Type> for Base {
+            fn from(base: $Type) -> Self {
+                Self::$Type(base)
+            }
+        })+
+
+        /// The equations of a structure's base model.
+        #[derive(Debug, Clone)]
+        pub(super) enum BaseEquations<R> {
+            $($Type($module::$Equations<R>),)+
+            Own(own::OwnEquations<R>),
+        }
+
+        /// What `$value` makes of the base model, whichever it is.
+        macro_rules! each_base {
+            ($Enum:ident, $base:expr, $name:ident => $value:expr) => {
+                match $base { $($Enum::$Type($name) => $value,)+ $Enum::Own($name) => $value }
+            };
+        }
+
+        impl<R: Real> BaseEquations<R> {
+            /// The equations of `structure`'s base model.
+            #[inline(always)]
+            pub(super) fn new(structure: &Structure, parameters: &mut dyn Declare<R>) -> Self {
+                match &structure.base {
+                    $(Base::$Type(base) => Self::$Type(base.equations(structure, parameters)),)+
+                    Base::Own(base) => Self::Own(base.equations(structure, parameters)),
+                }
+            }
+        }
+    };
+}
+
+base_models! {
+    servo_valve::ServoValve => ServoValveEquations,
+}
+pub(super) use each_base;
+
+/// Lists the parameters that equations declare, each with its start value.
+#[derive(Debug, Default)]
+pub(super) struct Listing(pub(super) Vec<Parameter>);
+
+impl Declare<f64> for Listing {
+    fn parameter(&mut self, declare: &dyn Fn() -> Parameter) -> f64 {
+        let parameter = declare();
+        let start = parameter.start;
+        self.0.push(parameter);
+        start
+    }
+}
+
+/// Gives equations the values of their parameters, in the order in which they are declared.
+#[derive(Debug)]
+pub struct Given<'a, R>(std::slice::Iter<'a, R>);
+
+impl<'a, R> Given<'a, R> {
+    /// These values.
+    pub fn new(values: &'a [R]) -> Self {
+        Self(values.iter())
+    }
+}
+
+impl<R: Copy> Given<'_, R> {
+    /// The next value.
+    ///
+    /// # Panics
+    /// If there is none left.
+    #[inline(always)]
+    pub fn next_value(&mut self) -> R {
+        *self.0.next().expect("as many values as parameters")
+    }
+}
+
+impl<R: Copy> Declare<R> for Given<'_, R> {
+    fn parameter(&mut self, _: &dyn Fn() -> Parameter) -> R {
+        self.next_value()
+    }
+}

@@ -1,0 +1,532 @@
+//! The servo valve: an actuator that moves a spool, a valve whose openings follow the spool, and a piston that is driven by
+//! its flow.
+
+mod records;
+
+pub use records::{parameters_for, scale_of, structure_for};
+
+use super::{BaseModel, Declare, Equations, Shown, WithEquations};
+use crate::model::actuator::Actuator;
+use crate::model::effects::{Moment, Motion, Port};
+use crate::model::ports::Ports;
+use crate::model::valve::{Drop, Pressures, Valve, ValveForm};
+use crate::model::{Initial, Input, Output, Outputs, Pace, Parameter, Real, Structure};
+use crate::record::Channel;
+use serde::{Deserialize, Serialize};
+
+/// Loop gain K of the actuator, 1/s.
+pub const GAIN: &str = "gain";
+/// Lag T of the actuator, s.
+pub const TIME_CONSTANT: &str = "time_constant";
+/// Saturation S of the actuator's error, in the unit of the command.
+pub const SATURATION: &str = "saturation";
+/// Where the spool is at the first row, in the unit of the command.
+const INITIAL_SPOOL: &str = "initial_spool";
+/// Measured spool over spool in the unit of the command.
+pub const SPOOL_GAIN: &str = "spool_gain";
+/// Area of the piston, cm2.
+pub const PISTON_AREA: &str = "piston_area";
+
+/// mm/s of a piston of 1 cm2 for each L/min.
+const PISTON_SPEED: f64 = 1e-3 / 60.0 / 1e-4 * 1e3;
+/// Pressure drop that flow forces are related to where pressures are measured, bar: at which servo valves are rated.
+const REFERENCE_DROP: f64 = 70.0;
+
+/// What moves the spool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Drive {
+    /// The actuator of paper eq. 4-6.
+    #[default]
+    Actuator,
+    /// The spool follows the command at once, as on the paper's flow test bench.
+    Direct,
+}
+
+/// What a measured piston position is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Piston {
+    /// Flow over piston area, integrated.
+    #[default]
+    Integrated,
+    /// A position loop is closed around valve and piston: the position follows the command as a spool does.
+    Servo,
+}
+
+/// Which parts the servo valve has.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ServoValve {
+    /// What moves the spool.
+    pub drive: Drive,
+    /// The unit of the measured spool where it is not the command's: the parameter `spool_gain` converts.
+    pub spool_unit: Option<String>,
+    /// What a measured position is.
+    pub piston: Piston,
+    /// Whether an integrated position falls where the flow is positive: the cylinder is connected the other way round.
+    pub reversed: bool,
+    /// The valve, where flow or an integrated position is observed.
+    pub valve: Option<ValveForm>,
+}
+
+impl ServoValve {
+    /// An actuator with this valve.
+    pub fn with(valve: ValveForm) -> Self {
+        Self {
+            valve: Some(valve),
+            ..Self::default()
+        }
+    }
+
+    fn moves_a_spool(&self) -> bool {
+        self.drive == Drive::Actuator
+    }
+
+    /// Whether `structure`, whose base this is, integrates a position from the flow.
+    pub(crate) fn integrates_position(&self, structure: &Structure) -> bool {
+        structure.observes(Output::Position) && self.piston == Piston::Integrated
+    }
+
+    /// Whether an output that `structure` observes follows from the flow of a valve.
+    pub fn needs_valve(&self, structure: &Structure) -> bool {
+        structure.observes(Output::Flow) || self.integrates_position(structure)
+    }
+}
+
+impl BaseModel for ServoValve {
+    fn name(&self) -> &'static str {
+        "servo_valve"
+    }
+
+    fn states(&self, structure: &Structure) -> Vec<&'static str> {
+        let mut names = Vec::new();
+        if self.moves_a_spool() {
+            names.extend(["integrator", "spool"]);
+        }
+        if self.integrates_position(structure) {
+            names.push("position");
+        }
+        names
+    }
+
+    fn has(&self, port: Port) -> bool {
+        match port {
+            Port::Command | Port::Measurement => true,
+            Port::Actuator => self.moves_a_spool(),
+            Port::Area | Port::Flow => self.valve.is_some(),
+        }
+    }
+
+    fn unit<'a>(&'a self, structure: &'a Structure, output: Output) -> &'a str {
+        match output {
+            Output::Spool => self.spool_unit.as_ref().unwrap_or(&structure.command_unit),
+            Output::Flow => "L/min",
+            Output::Position => "mm",
+        }
+    }
+
+    fn driven_by(&self) -> &'static [Channel] {
+        match self.valve.as_ref().map(|valve| valve.drop) {
+            None | Some(Drop::Rated) => &[],
+            Some(Drop::Supply) => &[Channel::SupplyPressure],
+            Some(Drop::Ports) => &[
+                Channel::SupplyPressure,
+                Channel::PressureA,
+                Channel::PressureB,
+            ],
+        }
+    }
+
+    fn fastest_rate(&self, parameters: &[Parameter]) -> f64 {
+        // Fixed ones too: the steps of a model stay the same when its parameters are fixed.
+        let (mut gain, mut lag, mut others) = (None, None, 0.0f64);
+        for parameter in parameters {
+            match parameter.name.as_str() {
+                GAIN => gain = Some(parameter.high),
+                TIME_CONSTANT => lag = Some(parameter.low),
+                _ => others = others.max(parameter.fastest_rate().unwrap_or(0.0)),
+            }
+        }
+        let loop_rate = match (gain, lag) {
+            // The loop's poles are those of s² + s/T + K/T: none is larger than both of these.
+            (Some(gain), Some(lag)) => (1.0 / lag).max((gain / lag).sqrt()),
+            _ => 0.0,
+        };
+        loop_rate.max(others)
+    }
+
+    fn has_exact_step(&self, structure: &Structure) -> bool {
+        self.moves_a_spool() && !self.integrates_position(structure)
+    }
+}
+
+impl WithEquations for ServoValve {
+    type Equations<R: Real> = ServoValveEquations<R>;
+
+    #[inline(always)]
+    fn equations<R: Real>(
+        &self,
+        structure: &Structure,
+        parameters: &mut dyn Declare<R>,
+    ) -> ServoValveEquations<R> {
+        let (scale, unit) = (structure.full_scale, structure.command_unit.as_str());
+        let mut take = |declare: &dyn Fn() -> Parameter| parameters.parameter(declare);
+        let actuator = self.moves_a_spool().then(|| {
+            Actuator::new(
+                take(&|| Parameter::log(GAIN, "1/s", 1.0, 200.0, 5000.0).paced(Pace::Rate)),
+                take(&|| {
+                    Parameter::log(TIME_CONSTANT, "s", 5e-4, 0.01, 0.1).paced(Pace::TimeConstant)
+                }),
+                take(&|| Parameter::log(SATURATION, unit, 0.005 * scale, 0.5 * scale, 2.0 * scale)),
+            )
+        });
+        let free = self.moves_a_spool() && structure.initial == Initial::Free;
+        let initial_spool = free.then(|| {
+            let (low, high) = (-1.5 * scale, 1.5 * scale);
+            take(&|| Parameter::linear(INITIAL_SPOOL, unit, low, 0.0, high))
+        });
+        let spool_gain = self.spool_unit.as_ref().map(|spool| {
+            let unit = format!("{spool}/{unit}");
+            take(&|| Parameter::log(SPOOL_GAIN, &unit, 1e-3, 1.0, 1e3))
+        });
+        let valve = self
+            .valve
+            .as_ref()
+            .map(|form| Valve::new(form, &mut *parameters));
+        // 1 L/min = 1e-3/60 m³/s, over 1 cm² = 1e-4 m², in mm/s.
+        let direction = if self.reversed { -1.0 } else { 1.0 };
+        let speed = R::constant(direction * PISTON_SPEED);
+        let piston_speed = self.integrates_position(structure).then(|| {
+            let area =
+                parameters.parameter(&|| Parameter::log(PISTON_AREA, "cm2", 1e-2, 10.0, 1e4));
+            (speed / area).named("piston_speed")
+        });
+        ServoValveEquations {
+            actuator,
+            valve,
+            initial_spool,
+            spool_gain,
+            piston_speed,
+            full_scale: scale,
+            observes: Outputs::from_fn(|output| structure.observes(output)),
+        }
+    }
+}
+
+/// The servo valve with values for its parameters.
+#[derive(Debug, Clone)]
+pub struct ServoValveEquations<R> {
+    actuator: Option<Actuator<R>>,
+    valve: Option<Valve<R>>,
+    initial_spool: Option<R>,
+    spool_gain: Option<R>,
+    /// mm/s of piston for each L/min.
+    piston_speed: Option<R>,
+    full_scale: f64,
+    observes: Outputs<bool>,
+}
+
+/// Spool, opening and flow at one instant, and the flow before what the flow port's effects add.
+struct Path<R> {
+    spool: R,
+    flow: R,
+    drawn: R,
+    moment: Moment<R>,
+}
+
+/// The actuator's states.
+const INTEGRATOR: usize = 0;
+const SPOOL: usize = 1;
+
+impl<R: Real> ServoValveEquations<R> {
+    /// The state that is the piston's position.
+    #[inline(always)]
+    fn position<'a>(&self, state: &'a mut [R]) -> &'a mut R {
+        // Each a number that is known when this is compiled.
+        match self.actuator {
+            Some(_) => &mut state[2],
+            None => &mut state[0],
+        }
+    }
+
+    /// Spool position in the unit of the command.
+    #[inline(always)]
+    fn spool(&self, state: &[R], input: &Input<R>) -> R {
+        match self.actuator {
+            Some(_) => state[SPOOL],
+            None => input.command,
+        }
+    }
+
+    /// What passes from the spool to the flow.
+    #[inline(always)]
+    fn path<P: Ports<R>>(
+        &self,
+        ports: &P,
+        state: &[R],
+        input: &Input<R>,
+        with_flow: bool,
+    ) -> Path<R> {
+        P::outlined(
+            #[inline(always)]
+            || {
+                let zero = R::constant(0.0);
+                let spool = ports.place(self.spool(state, input));
+                let mut opening = spool;
+                let (mut flow, mut drop) = (zero, zero);
+                if let Some(valve) = &self.valve {
+                    opening = (spool * R::constant(100.0 / self.full_scale)).named("opening");
+                    let mut pressures = valve.supplied(&Pressures::of(input));
+                    (opening, pressures.supply) =
+                        ports.opening_and_supply(state, opening, pressures.supply);
+                    drop = pressures.supply - pressures.tank;
+                    opening = ports.corrected_opening(opening);
+                    if with_flow {
+                        flow = valve.flow_from(opening, &pressures).named("flow");
+                    }
+                }
+                let moment = Moment {
+                    time: input.time,
+                    temperature: input.temperature,
+                    opening,
+                    drop,
+                };
+                Path {
+                    spool,
+                    flow: ports.flow(flow, &moment),
+                    drawn: flow,
+                    moment,
+                }
+            },
+        )
+    }
+
+    /// Opening times pressure drop over the reference drop, in the unit of the command.
+    #[inline(always)]
+    fn load(&self, path: &Path<R>) -> R {
+        match &self.valve {
+            None => path.spool,
+            Some(valve) => {
+                let opening = path.moment.opening * R::constant(0.01 * self.full_scale);
+                match valve.rated_drop() {
+                    Some(rated) => opening * (path.moment.drop / rated),
+                    None => opening * (path.moment.drop * R::constant(1.0 / REFERENCE_DROP)),
+                }
+            }
+        }
+    }
+
+    /// How the spool moves, on this path, where it can stick with this slip direction.
+    #[inline(always)]
+    fn motion(
+        &self,
+        actuator: &Actuator<R>,
+        spool: R,
+        speed: R,
+        path: &Path<R>,
+        slip_direction: R,
+    ) -> Motion<R> {
+        Motion {
+            gain: actuator.gain(),
+            time_constant: actuator.time_constant(),
+            spool,
+            speed,
+            slip_direction,
+            load: self.load(path),
+        }
+    }
+
+    /// The spool where its drive, with what pulls it, is zero: by the secant method.
+    #[inline(always)]
+    fn spool_at_rest<P: Ports<R>>(
+        &self,
+        ports: &P,
+        actuator: &Actuator<R>,
+        state: &mut [R],
+        input: &Input<R>,
+    ) {
+        let zero = R::constant(0.0);
+        P::outlined(
+            #[inline(always)]
+            || {
+                let mut excess = |spool: R| {
+                    (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
+                    let path = self.path(ports, state, input, true);
+                    let (drive, _) = actuator.derivative(spool, spool, input.command);
+                    let motion = self.motion(actuator, spool, zero, &path, zero);
+                    ports.drive(drive, &motion) / actuator.gain()
+                };
+                let mut before = input.command;
+                let mut pull = excess(before);
+                let mut spool = before + pull;
+                for _ in 0..2 {
+                    let now = excess(spool);
+                    let change = now - pull;
+                    let next = spool - now * ((spool - before) / change);
+                    (before, pull) = (spool, now);
+                    spool = change.abs().if_positive(next, spool);
+                }
+                (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
+            },
+        );
+    }
+}
+
+impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
+    #[inline(always)]
+    fn initial(
+        &self,
+        ports: &P,
+        state: &mut [R],
+        input: &Input<R>,
+        measured: &Outputs<R>,
+        initial: Initial,
+    ) {
+        if let Some(actuator) = &self.actuator {
+            let spool = match (initial, self.initial_spool) {
+                (Initial::Free, Some(spool)) => spool,
+                (Initial::Rest, _) => R::constant(0.0),
+                _ => input.command,
+            };
+            (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
+            if ports.pulls() && initial == Initial::Equilibrium {
+                self.spool_at_rest(ports, actuator, state, input);
+            }
+        }
+        if self.piston_speed.is_some() {
+            *self.position(state) = measured[Output::Position];
+        }
+        // The flow drawn from a supply that gives way under it, by iteration.
+        if ports.follows_flow() {
+            P::outlined(
+                #[inline(always)]
+                || {
+                    for _ in 0..4 {
+                        let drawn = self.path(ports, state, input, true).drawn;
+                        ports.settled_supply(state, drawn);
+                    }
+                },
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn derivative(
+        &self,
+        ports: &P,
+        state: &[R],
+        input: &Input<R>,
+        slip_direction: R,
+        slope: &mut [R],
+    ) {
+        P::outlined(
+            #[inline(always)]
+            || {
+                let with_flow = self.piston_speed.is_some() || ports.follows_flow();
+                let path = self.path(ports, state, input, with_flow);
+                if let Some(actuator) = &self.actuator {
+                    let (drive, speed) =
+                        actuator.derivative(state[INTEGRATOR], state[SPOOL], input.command);
+                    let motion = self.motion(actuator, state[SPOOL], speed, &path, slip_direction);
+                    let drive = ports.corrected_drive(drive, actuator.gain(), state[SPOOL], speed);
+                    slope[INTEGRATOR] = ports.drive(drive, &motion);
+                    slope[SPOOL] = ports.speed(speed);
+                }
+                if let Some(speed) = self.piston_speed {
+                    *self.position(slope) = speed * path.flow;
+                }
+                ports.drawn(state, path.drawn, slope);
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn shown(&self, ports: &P, state: &[R], input: &Input<R>, with_flow: bool) -> Shown<R> {
+        let path = self.path(ports, state, input, with_flow);
+        let zero = R::constant(0.0);
+        let mut outputs = Outputs::all(zero);
+        if self.observes[Output::Spool] {
+            outputs[Output::Spool] = match self.spool_gain {
+                Some(gain) => gain * path.spool,
+                None => path.spool,
+            };
+        }
+        if self.observes[Output::Flow] {
+            outputs[Output::Flow] = path.flow;
+        }
+        if self.observes[Output::Position] {
+            outputs[Output::Position] = match self.piston_speed {
+                Some(_) if self.actuator.is_some() => state[2],
+                Some(_) => state[0],
+                None => path.spool,
+            };
+        }
+        Shown {
+            outputs,
+            moment: path.moment,
+            spool: path.spool,
+        }
+    }
+
+    #[inline(always)]
+    fn slip_direction(&self, ports: &P, state: &[R], input: &Input<R>) -> R {
+        let zero = R::constant(0.0);
+        match &self.actuator {
+            Some(actuator) if ports.sticks() => P::outlined(
+                #[inline(always)]
+                || {
+                    let path = self.path(ports, state, input, false);
+                    let (drive, speed) =
+                        actuator.derivative(state[INTEGRATOR], state[SPOOL], input.command);
+                    let motion = self.motion(actuator, state[SPOOL], speed, &path, zero);
+                    ports.slip_direction(drive, motion)
+                },
+            ),
+            _ => zero,
+        }
+    }
+
+    #[inline(always)]
+    fn end_step(
+        &self,
+        ports: &P,
+        before: &[R],
+        state: &mut [R],
+        [start, end]: [&Input<R>; 2],
+        slip_direction: R,
+        step: R,
+    ) {
+        let Some(actuator) = &self.actuator else {
+            return;
+        };
+        if !ports.ends_steps() {
+            return;
+        }
+        let zero = R::constant(0.0);
+        let (_, speed) = actuator.derivative(before[INTEGRATOR], before[SPOOL], start.command);
+        let (drive, _) = actuator.derivative(state[INTEGRATOR], state[SPOOL], end.command);
+        let earlier = self.path(ports, before, start, false);
+        let path = self.path(ports, state, end, false);
+        let began = self.motion(actuator, before[SPOOL], speed, &earlier, slip_direction);
+        let rests = self.motion(actuator, state[SPOOL], zero, &path, zero);
+        (state[INTEGRATOR], state[SPOOL]) =
+            ports.end_step(state[INTEGRATOR], state[SPOOL], drive, &began, &rests, step);
+    }
+
+    #[inline(always)]
+    fn speed(&self, _: &P, state: &[R], input: &Input<R>) -> R {
+        match &self.actuator {
+            Some(actuator) => {
+                actuator
+                    .derivative(state[INTEGRATOR], state[SPOOL], input.command)
+                    .1
+            }
+            None => self.spool(state, input),
+        }
+    }
+
+    #[inline(always)]
+    fn exact_step(&self, _: &P) -> Option<&Actuator<R>> {
+        self.actuator.as_ref()
+    }
+}

@@ -1,0 +1,376 @@
+//! A structure with values for its parameters: its base model, and what is attached to it.
+
+use super::actuator::Actuator;
+use super::base::servo_valve::ServoValveEquations;
+use super::base::{BaseEquations, Equations, Given, Shown, WithEquations, each_base};
+use super::effects::{Act, Port};
+use super::free_form::Signal;
+use super::ports::{Attached, Bare};
+use super::{Initial, Input, Output, Outputs, Real, Structure};
+
+/// What a time loop moves. Every `input` has the command that acts, but for [`Dynamics::initial`] and
+/// [`Dynamics::command`].
+pub trait Dynamics<R: Real> {
+    /// Calls `f`, as a function of its own where that is long.
+    fn outlined<T>(f: impl FnOnce() -> T) -> T;
+
+    /// The state at the first row, for its `input` and the outputs that are `measured` there.
+    fn initial<const N: usize>(&self, input: &Input<R>, measured: &Outputs<R>) -> [R; N];
+
+    /// The command that acts, when `command` has arrived: `state` remembers it.
+    #[inline(always)]
+    fn command(&self, _state: &mut [R], command: R) -> R {
+        command
+    }
+
+    /// How long the command takes to arrive, s, where an effect delays it.
+    #[inline(always)]
+    fn delay(&self) -> Option<R> {
+        None
+    }
+
+    /// The sign in which what can stick moves, or sets out to move; zero while it sticks, and where it cannot.
+    #[inline(always)]
+    fn slip_direction(&self, _state: &[R], _input: &Input<R>) -> R {
+        R::constant(0.0)
+    }
+
+    /// The time derivative of the state in an integration step that began with this slip direction.
+    fn derivative<const N: usize>(
+        &self,
+        state: &[R; N],
+        input: &Input<R>,
+        slip_direction: R,
+    ) -> [R; N];
+
+    /// What happens at the end of an integration `step` from `before` to `state`: the spool sticks or meets a stop, and
+    /// what filters an output follows it. The `inputs` are those at the step's start and end.
+    #[inline(always)]
+    fn end_step(
+        &self,
+        _before: &[R],
+        _state: &mut [R],
+        _inputs: [&Input<R>; 2],
+        _slip_direction: R,
+        _step: R,
+    ) {
+    }
+
+    /// The outputs; those that are not observed are zero.
+    fn observe(&self, state: &[R], input: &Input<R>) -> Outputs<R>;
+
+    /// The actuator whose exact steps move the `N` states of `structure`, where they do.
+    fn exact_step<const N: usize>(&self, structure: &Structure) -> Option<&Actuator<R>>;
+}
+
+/// Which dynamics a time loop is compiled for.
+pub trait View {
+    /// The dynamics.
+    type Plant<R: Real>: Dynamics<R>;
+
+    /// The plant of `structure`, with values in the order of [`Structure::parameters`].
+    fn plant<R: Real>(structure: &Structure, values: &[R]) -> Self::Plant<R>;
+}
+
+/// Any base model with whatever is attached to it.
+#[derive(Debug)]
+pub struct Whole;
+
+impl View for Whole {
+    type Plant<R: Real> = Plant<R>;
+
+    #[inline(always)]
+    fn plant<R: Real>(structure: &Structure, values: &[R]) -> Plant<R> {
+        Plant::new(structure, values)
+    }
+}
+
+/// A servo valve with nothing attached: it costs nothing more than itself.
+#[derive(Debug)]
+pub struct Alone;
+
+impl View for Alone {
+    type Plant<R: Real> = BarePlant<R>;
+
+    #[inline(always)]
+    fn plant<R: Real>(structure: &Structure, values: &[R]) -> BarePlant<R> {
+        let base = structure
+            .servo_valve()
+            .expect("a servo valve was asked for");
+        BarePlant {
+            base: base.equations(structure, &mut Given::new(values)),
+            initial: structure.initial,
+            observes_flow: structure.observes(Output::Flow),
+        }
+    }
+}
+
+/// A structure with values for its parameters: what is computed once a candidate.
+#[derive(Debug, Clone)]
+pub struct Plant<R> {
+    base: BaseEquations<R>,
+    attached: Attached<R>,
+    initial: Initial,
+    observes_flow: bool,
+    /// Whether anything filters an output, and whether that is the flow.
+    filters: (bool, bool),
+}
+
+impl<R: Real> Plant<R> {
+    /// The plant of `structure`, with values in the order of [`Structure::parameters`].
+    #[inline(always)]
+    pub fn new(structure: &Structure, values: &[R]) -> Self {
+        let mut given = Given::new(values);
+        let base = BaseEquations::new(structure, &mut given);
+        let states = structure.base_states().len();
+        let filters = |effect: &super::effects::Effect, output: Option<Output>| {
+            !effect.entry.states.is_empty()
+                && effect.output.is_some()
+                && output.is_none_or(|output| effect.output == Some(output))
+        };
+        let any = |output| {
+            structure
+                .effects
+                .iter()
+                .any(|effect| filters(effect, output))
+        };
+        Self {
+            base,
+            attached: Attached::new(structure, states, &mut || given.next_value()),
+            initial: structure.initial,
+            observes_flow: structure.observes(Output::Flow),
+            filters: (any(None), any(Some(Output::Flow))),
+        }
+    }
+
+    #[inline(always)]
+    fn shown(&self, state: &[R], input: &Input<R>, flow: bool) -> Shown<R> {
+        each_base!(BaseEquations, &self.base, base => base.shown(&self.attached, state, input, flow))
+    }
+
+    /// The command that acts when it has long been `command`, and what effects on it then remember.
+    #[inline(always)]
+    fn settled_command(&self, state: &mut [R], command: R) -> R {
+        R::outlined(
+            #[inline(always)]
+            || {
+                let mut command = command;
+                for effect in &self.attached.effects {
+                    let own = &mut state[effect.states.clone()];
+                    effect.action.settled(own, command);
+                    command = effect.action.command(own, command);
+                }
+                command
+            },
+        )
+    }
+
+    /// What filters an output starts settled on it.
+    #[inline(always)]
+    fn settle_outputs(&self, state: &mut [R], input: &Input<R>) {
+        R::outlined(
+            #[inline(always)]
+            || {
+                let shown = self.shown(state, input, true);
+                for (output, &value) in shown.outputs.iter() {
+                    let mut value = value;
+                    for effect in self.attached.on(output) {
+                        let own = &mut state[effect.states.clone()];
+                        effect.action.settled(own, value);
+                        value = effect.action.measure(own, value, &shown.moment);
+                    }
+                }
+            },
+        );
+    }
+}
+
+impl<R: Real> Dynamics<R> for Plant<R> {
+    #[inline(always)]
+    fn outlined<T>(f: impl FnOnce() -> T) -> T {
+        R::outlined(f)
+    }
+
+    #[inline(always)]
+    fn initial<const N: usize>(&self, input: &Input<R>, measured: &Outputs<R>) -> [R; N] {
+        let mut state = [R::constant(0.0); N];
+        let mut input = *input;
+        input.command = self.settled_command(&mut state, input.command);
+        each_base!(BaseEquations, &self.base, base => {
+            base.initial(&self.attached, &mut state, &input, measured, self.initial);
+        });
+        self.settle_outputs(&mut state, &input);
+        state
+    }
+
+    #[inline(always)]
+    fn command(&self, state: &mut [R], command: R) -> R {
+        R::outlined(
+            #[inline(always)]
+            || {
+                let mut command = command;
+                for effect in &self.attached.effects {
+                    let own = &mut state[effect.states.clone()];
+                    command = effect.action.command(own, command);
+                }
+                match self.attached.correction_at(Port::Command) {
+                    Some(correction) => command + correction.at(command),
+                    None => command,
+                }
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn delay(&self) -> Option<R> {
+        let mut effects = self.attached.effects.iter();
+        effects.find_map(|effect| effect.action.delay())
+    }
+
+    #[inline(always)]
+    fn slip_direction(&self, state: &[R], input: &Input<R>) -> R {
+        each_base!(BaseEquations, &self.base, base => base.slip_direction(&self.attached, state, input))
+    }
+
+    #[inline(always)]
+    fn derivative<const N: usize>(
+        &self,
+        state: &[R; N],
+        input: &Input<R>,
+        slip_direction: R,
+    ) -> [R; N] {
+        let mut slope = [R::constant(0.0); N];
+        each_base!(BaseEquations, &self.base, base => {
+            base.derivative(&self.attached, state, input, slip_direction, &mut slope);
+        });
+        slope
+    }
+
+    #[inline(always)]
+    fn end_step(
+        &self,
+        before: &[R],
+        state: &mut [R],
+        inputs: [&Input<R>; 2],
+        slip_direction: R,
+        step: R,
+    ) {
+        R::outlined(
+            #[inline(always)]
+            || {
+                each_base!(BaseEquations, &self.base, base => {
+                    base.end_step(&self.attached, before, state, inputs, slip_direction, step);
+                });
+                let (any, flow) = self.filters;
+                if !any {
+                    return;
+                }
+                let earlier = self.shown(before, inputs[0], flow);
+                let later = self.shown(state, inputs[1], flow);
+                for output in Output::ALL {
+                    let (mut old, mut new) = (earlier.outputs[output], later.outputs[output]);
+                    for effect in self.attached.on(output) {
+                        let own = &mut state[effect.states.clone()];
+                        effect.action.filter(own, old, new, step);
+                        let own_before = &before[effect.states.clone()];
+                        old = effect.action.measure(own_before, old, &earlier.moment);
+                        new = effect.action.measure(own, new, &later.moment);
+                    }
+                }
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn observe(&self, state: &[R], input: &Input<R>) -> Outputs<R> {
+        R::outlined(
+            #[inline(always)]
+            || {
+                let shown = self.shown(state, input, self.observes_flow);
+                let mut outputs = shown.outputs;
+                for output in Output::ALL {
+                    let mut value = outputs[output];
+                    for effect in self.attached.on(output) {
+                        let own = &state[effect.states.clone()];
+                        value = effect.action.measure(own, value, &shown.moment);
+                    }
+                    if let Some(correction) = self.attached.correction_at(Port::Measurement)
+                        && correction.output == Some(output)
+                    {
+                        let signal = match correction.signal {
+                            Signal::Command => input.command,
+                            Signal::Time => input.time,
+                            Signal::Speed => {
+                                each_base!(BaseEquations, &self.base, base => base.speed(&self.attached, state, input))
+                            }
+                            Signal::Spool => shown.spool,
+                        };
+                        value = value + correction.at(signal);
+                    }
+                    outputs[output] = value;
+                }
+                outputs
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn exact_step<const N: usize>(&self, structure: &Structure) -> Option<&Actuator<R>> {
+        match structure.leaps() {
+            true => each_base!(BaseEquations, &self.base, base => base.exact_step(&self.attached)),
+            false => None,
+        }
+    }
+}
+
+/// A servo valve with nothing attached.
+#[derive(Debug, Clone)]
+pub struct BarePlant<R> {
+    base: ServoValveEquations<R>,
+    initial: Initial,
+    observes_flow: bool,
+}
+
+impl<R: Real> Dynamics<R> for BarePlant<R> {
+    #[inline(always)]
+    fn outlined<T>(f: impl FnOnce() -> T) -> T {
+        f()
+    }
+
+    #[inline(always)]
+    fn initial<const N: usize>(&self, input: &Input<R>, measured: &Outputs<R>) -> [R; N] {
+        let mut state = [R::constant(0.0); N];
+        self.base
+            .initial(&Bare, &mut state, input, measured, self.initial);
+        state
+    }
+
+    #[inline(always)]
+    fn derivative<const N: usize>(
+        &self,
+        state: &[R; N],
+        input: &Input<R>,
+        slip_direction: R,
+    ) -> [R; N] {
+        let mut slope = [R::constant(0.0); N];
+        self.base
+            .derivative(&Bare, state, input, slip_direction, &mut slope);
+        slope
+    }
+
+    #[inline(always)]
+    fn observe(&self, state: &[R], input: &Input<R>) -> Outputs<R> {
+        self.base
+            .shown(&Bare, state, input, self.observes_flow)
+            .outputs
+    }
+
+    #[inline(always)]
+    fn exact_step<const N: usize>(&self, _: &Structure) -> Option<&Actuator<R>> {
+        // Two states are an actuator's alone: that there is one is known when this is compiled, and no other loop is.
+        match N {
+            2 => Some(self.base.exact_step(&Bare).expect("an actuator")),
+            _ => None,
+        }
+    }
+}

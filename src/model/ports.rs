@@ -1,0 +1,329 @@
+//! What is attached at the ports of a base model: nothing, or effects and a correction of unknown form.
+
+use super::effects::{Act, Action, Moment, Motion, Port};
+use super::free_form::{Correction, Signal};
+use super::{Output, Real, Structure};
+use std::ops::Range;
+
+/// What is attached inside a base model, at the ports of motion, area and flow. Every default is that of nothing.
+pub trait Ports<R: Real> {
+    /// Calls `f`, as a function of its own where something is attached: what is rare must not be copied everywhere.
+    fn outlined<T>(f: impl FnOnce() -> T) -> T;
+
+    /// Whether anything pulls a spool at rest.
+    #[inline(always)]
+    fn pulls(&self) -> bool {
+        false
+    }
+
+    /// Whether the spool can stick.
+    #[inline(always)]
+    fn sticks(&self) -> bool {
+        false
+    }
+
+    /// Whether anything acts on the spool where a step ends.
+    #[inline(always)]
+    fn ends_steps(&self) -> bool {
+        false
+    }
+
+    /// Whether the states of anything that is attached follow the flow.
+    #[inline(always)]
+    fn follows_flow(&self) -> bool {
+        false
+    }
+
+    /// What drives the spool, after the correction and all effects.
+    #[inline(always)]
+    fn drive(&self, drive: R, _motion: &Motion<R>) -> R {
+        drive
+    }
+
+    /// What the correction adds to the drive of a spool at `spool` that moves at `speed`.
+    #[inline(always)]
+    fn corrected_drive(&self, drive: R, _gain: R, _spool: R, _speed: R) -> R {
+        drive
+    }
+
+    /// The spool's velocity.
+    #[inline(always)]
+    fn speed(&self, speed: R) -> R {
+        speed
+    }
+
+    /// The slip direction of a spool with this `drive`.
+    #[inline(always)]
+    fn slip_direction(&self, _drive: R, motion: Motion<R>) -> R {
+        motion.slip_direction
+    }
+
+    /// Integrator and spool at the end of a step that `began` so and ended with this `drive`, where the spool then
+    /// `rests` so.
+    #[inline(always)]
+    fn end_step(
+        &self,
+        integrator: R,
+        spool: R,
+        _drive: R,
+        _began: &Motion<R>,
+        _rests: &Motion<R>,
+        _step: R,
+    ) -> (R, R) {
+        (integrator, spool)
+    }
+
+    /// Where a spool is that the integration has at `spool`.
+    #[inline(always)]
+    fn place(&self, spool: R) -> R {
+        spool
+    }
+
+    /// Opening (%) and supply pressure (bar) after all effects, and the opening after the correction.
+    #[inline(always)]
+    fn opening_and_supply(&self, _state: &[R], opening: R, supply: R) -> (R, R) {
+        (opening, supply)
+    }
+
+    /// What the correction makes of the opening, %.
+    #[inline(always)]
+    fn corrected_opening(&self, opening: R) -> R {
+        opening
+    }
+
+    /// The flow, L/min.
+    #[inline(always)]
+    fn flow(&self, flow: R, _moment: &Moment<R>) -> R {
+        flow
+    }
+
+    /// Sets the derivatives of the states that follow the flow drawn from the supply.
+    #[inline(always)]
+    fn drawn(&self, _state: &[R], _flow: R, _slope: &mut [R]) {}
+
+    /// Sets those states to where they are when that flow has long been `flow`.
+    #[inline(always)]
+    fn settled_supply(&self, _state: &mut [R], _flow: R) {}
+}
+
+/// Nothing is attached.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bare;
+
+impl<R: Real> Ports<R> for Bare {
+    #[inline(always)]
+    fn outlined<T>(f: impl FnOnce() -> T) -> T {
+        f()
+    }
+}
+
+/// An effect in its place: its action, where its states are, and what it is on.
+#[derive(Debug, Clone)]
+pub(super) struct Placed<R> {
+    pub(super) action: Action<R>,
+    pub(super) states: Range<usize>,
+    pub(super) output: Option<Output>,
+}
+
+/// The effects of a structure and its correction.
+#[derive(Debug, Clone)]
+pub struct Attached<R> {
+    pub(super) effects: Vec<Placed<R>>,
+    pub(super) correction: Option<Correction<R>>,
+    ends_steps: bool,
+    follows_flow: bool,
+}
+
+impl<R: Real> Attached<R> {
+    /// What is attached in `structure`; the states of effects begin with number `state`, `next` gives the values of
+    /// their parameters.
+    #[inline(always)]
+    pub(super) fn new(
+        structure: &Structure,
+        mut state: usize,
+        next: &mut impl FnMut() -> R,
+    ) -> Self {
+        let mut effects = Vec::with_capacity(structure.effects.len());
+        let mut follows_flow = false;
+        for effect in &structure.effects {
+            let has_states = !effect.entry.states.is_empty();
+            follows_flow |=
+                has_states && effect.entry.port == Port::Flow && effect.output.is_none();
+            let first = state;
+            state += effect.entry.states.len();
+            effects.push(Placed {
+                action: Action::new(effect.entry.name, &mut *next),
+                states: first..state,
+                output: effect.output,
+            });
+        }
+        let correction = structure.free_form.as_ref();
+        Self {
+            effects,
+            correction: correction.map(|form| Correction::new(form, next)),
+            ends_steps: structure
+                .effects
+                .iter()
+                .any(|effect| effect.entry.port == Port::Actuator),
+            follows_flow,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn correction_at(&self, port: Port) -> Option<&Correction<R>> {
+        self.correction
+            .as_ref()
+            .filter(|correction| correction.port == port)
+    }
+
+    /// The effects on `output`.
+    #[inline(always)]
+    pub(super) fn on(&self, output: Output) -> impl Iterator<Item = &Placed<R>> {
+        self.effects
+            .iter()
+            .filter(move |effect| effect.output == Some(output))
+    }
+
+    /// Those with states that are on no output.
+    #[inline(always)]
+    fn inner(&self) -> impl Iterator<Item = &Placed<R>> {
+        self.effects
+            .iter()
+            .filter(|effect| !effect.states.is_empty() && effect.output.is_none())
+    }
+}
+
+impl<R: Real> Ports<R> for Attached<R> {
+    #[inline(always)]
+    fn outlined<T>(f: impl FnOnce() -> T) -> T {
+        R::outlined(f)
+    }
+
+    fn pulls(&self) -> bool {
+        self.effects.iter().any(|effect| effect.action.pulls())
+    }
+
+    fn sticks(&self) -> bool {
+        self.effects.iter().any(|effect| effect.action.sticks())
+    }
+
+    fn ends_steps(&self) -> bool {
+        self.ends_steps
+    }
+
+    fn follows_flow(&self) -> bool {
+        self.follows_flow
+    }
+
+    #[inline(always)]
+    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+        let mut drive = drive;
+        for effect in &self.effects {
+            drive = effect.action.drive(drive, motion);
+        }
+        drive
+    }
+
+    #[inline(always)]
+    fn corrected_drive(&self, drive: R, gain: R, spool: R, speed: R) -> R {
+        let Some(correction) = self.correction_at(Port::Actuator) else {
+            return drive;
+        };
+        let signal = match correction.signal {
+            Signal::Speed => speed,
+            _ => spool,
+        };
+        drive + gain * correction.at(signal)
+    }
+
+    #[inline(always)]
+    fn speed(&self, speed: R) -> R {
+        let mut speed = speed;
+        for effect in &self.effects {
+            speed = effect.action.speed(speed);
+        }
+        speed
+    }
+
+    #[inline(always)]
+    fn slip_direction(&self, drive: R, motion: Motion<R>) -> R {
+        let (mut drive, mut motion) = (drive, motion);
+        for effect in &self.effects {
+            motion.slip_direction = effect.action.slip_direction(drive, &motion);
+            drive = effect.action.drive(drive, &motion);
+        }
+        motion.slip_direction
+    }
+
+    #[inline(always)]
+    fn end_step(
+        &self,
+        integrator: R,
+        spool: R,
+        drive: R,
+        began: &Motion<R>,
+        rests: &Motion<R>,
+        step: R,
+    ) -> (R, R) {
+        let (mut integrator, mut spool, mut drive) = (integrator, spool, drive);
+        for effect in &self.effects {
+            (integrator, spool) = effect
+                .action
+                .end_step(integrator, spool, drive, began, step);
+            drive = effect.action.drive(drive, rests);
+        }
+        (integrator, spool)
+    }
+
+    #[inline(always)]
+    fn place(&self, spool: R) -> R {
+        let mut spool = spool;
+        for effect in &self.effects {
+            spool = effect.action.place(spool);
+        }
+        spool
+    }
+
+    #[inline(always)]
+    fn opening_and_supply(&self, state: &[R], opening: R, supply: R) -> (R, R) {
+        let (mut opening, mut supply) = (opening, supply);
+        for effect in &self.effects {
+            opening = effect.action.opening(opening);
+            supply = effect.action.supply(&state[effect.states.clone()], supply);
+        }
+        (opening, supply)
+    }
+
+    #[inline(always)]
+    fn corrected_opening(&self, opening: R) -> R {
+        match self.correction_at(Port::Area) {
+            Some(correction) => opening + correction.at(opening),
+            None => opening,
+        }
+    }
+
+    #[inline(always)]
+    fn flow(&self, flow: R, moment: &Moment<R>) -> R {
+        let mut flow = flow;
+        for effect in &self.effects {
+            flow = effect.action.flow(flow, moment);
+        }
+        flow
+    }
+
+    #[inline(always)]
+    fn drawn(&self, state: &[R], flow: R, slope: &mut [R]) {
+        for effect in self.inner() {
+            let own = &state[effect.states.clone()];
+            slope[effect.states.start] = effect.action.drawn(own, flow);
+        }
+    }
+
+    #[inline(always)]
+    fn settled_supply(&self, state: &mut [R], flow: R) {
+        for effect in self.inner() {
+            let own = &mut state[effect.states.clone()];
+            effect.action.settled_supply(own, flow);
+        }
+    }
+}

@@ -1,20 +1,46 @@
 // The physics of the actuator alone, as `Structure::actuator(10.0, "V")` has it:
 // traced from src/model, to be composed with evaluate.wgsl. For reading; a test keeps it up to date.
 
+struct Input {
+    command: f32,
+    supply: f32,
+    tank: f32,
+    a: f32,
+    b: f32,
+    temperature: f32,
+    time: f32,
+}
+
+struct Measured {
+    spool: f32,
+    flow: f32,
+    position: f32,
+}
+
+struct Outputs {
+    spool: f32,
+}
+
+fn load_results(at: u32, stride: u32) -> Outputs {
+    return Outputs(results[at + 0u * stride]);
+}
+
+fn store_results(at: u32, stride: u32, value: Outputs) {
+    results[at + 0u * stride] = value.spool;
+}
+
 struct State {
     integrator: f32,
     spool: f32,
 }
 
-const STATES: u32 = 2u;
-
-fn load(at: u32, stride: u32) -> State {
+fn load_states(at: u32, stride: u32) -> State {
     return State(states[at + 0u * stride], states[at + 1u * stride]);
 }
 
-fn store(at: u32, stride: u32, state: State) {
-    states[at + 0u * stride] = state.integrator;
-    states[at + 1u * stride] = state.spool;
+fn store_states(at: u32, stride: u32, value: State) {
+    states[at + 0u * stride] = value.integrator;
+    states[at + 1u * stride] = value.spool;
 }
 
 fn diverged(state: State) -> bool {
@@ -69,8 +95,8 @@ fn delay(plant: Plant) -> f32 {
     return f32(0.0f);
 }
 
-fn observe(plant: Plant, state: State, input: Input) -> vec3<f32> {
-    return vec3<f32>(state.spool, 0.0f, 0.0f);
+fn observe(plant: Plant, state: State, input: Input) -> Outputs {
+    return Outputs(state.spool);
 }
 
 fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State {
@@ -213,6 +239,23 @@ fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, lef
     return Leap(select(t402, ((state.integrator + (t350 * t543)) + ((t355 + (t361 * t543)) * t544)) + (((t367 + (t373 * t543)) + ((t379 + (t385 * t543)) * t544)) * t557), t461 > 0.0), select(t416, ((state.spool + (t337 * t543)) + ((t353 + (t359 * t543)) * t544)) + (((t365 + (t371 * t543)) + ((t377 + (t383 * t543)) * t544)) * t557), t461 > 0.0), select(t460, t460 + (t334 * (1.0f - t543)), t461 > 0.0));
 }
 
-fn loss(error: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(error.x * error.x, error.y * error.y, error.z * error.z);
+fn first_position(measured: Measured) -> f32 {
+    return f32(measured.position);
+}
+
+fn add_errors(sums: Outputs, weight: f32, measured: Measured, simulated: Outputs) -> Outputs {
+    let t591 = measured.spool - simulated.spool;
+    return Outputs(sums.spool + (weight * (t591 * t591)));
+}
+
+fn add(sums: Outputs, more: Outputs) -> Outputs {
+    return Outputs(sums.spool + more.spool);
+}
+
+fn response(simulated: Outputs) -> f32 {
+    return f32(simulated.spool);
+}
+
+fn between(start: Input, end: Input, share: f32) -> Input {
+    return Input(start.command + (share * (end.command - start.command)), start.supply + (share * (end.supply - start.supply)), start.tank + (share * (end.tank - start.tank)), start.a + (share * (end.a - start.a)), start.b + (share * (end.b - start.b)), start.temperature + (share * (end.temperature - start.temperature)), start.time + (share * (end.time - start.time)));
 }

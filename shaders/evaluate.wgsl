@@ -1,20 +1,12 @@
 // The loops that evaluate a population: one invocation integrates one candidate on one record, or on one tone.
-// Before this text stand the settings (constants) and the physics of the structure, traced from src/model:
-//     struct Plant, struct State, STATES, prepare, initial, command, remember, delay, observe, advance, load, store,
-//     diverged.
+// Before this text stands what src/evaluate/wgsl.rs writes: the settings (constants), and what knows the fields of a
+// structure:
+//     struct Input, Measured, Outputs, State, Plant,
+//     prepare, initial, command, remember, delay, observe, advance, diverged: the physics, traced from src/model,
+//     first_position, add_errors, add, response, between: the channels,
+//     load_states, store_states, load_results, store_results.
 // After it stands how a state goes from row to row: leaps.wgsl where the spool moves in exact leaps, otherwise steps.wgsl.
 // The twin of these loops on the CPU is src/evaluate/simulate.rs; both sum in the same order.
-
-// What drives the model at one instant.
-struct Input {
-    command: f32,
-    supply: f32,
-    tank: f32,
-    a: f32,
-    b: f32,
-    temperature: f32,
-    time: f32,
-}
 
 // One row of a record.
 struct Sample {
@@ -26,9 +18,7 @@ struct Sample {
     weight: f32,
     input: Input,
     time_rest: f32,
-    spool: f32,
-    flow: f32,
-    position: f32,
+    measured: Measured,
 }
 
 // A record: its rows in `samples`, and its sums of slices among all records'.
@@ -64,9 +54,10 @@ struct Work {
 @group(0) @binding(3) var<storage, read> samples: array<Sample>;
 @group(0) @binding(4) var<storage, read> series: array<Series>;
 @group(0) @binding(5) var<storage, read_write> states: array<f32>;
-@group(0) @binding(6) var<storage, read_write> results: array<vec4<f32>>;
-@group(0) @binding(7) var<storage, read> tones: array<Tone>;
-@group(0) @binding(8) var<storage, read> wave: array<vec2<f32>>;
+@group(0) @binding(6) var<storage, read_write> results: array<f32>;
+@group(0) @binding(7) var<storage, read_write> status: array<u32>;
+@group(0) @binding(8) var<storage, read> tones: array<Tone>;
+@group(0) @binding(9) var<storage, read> wave: array<vec2<f32>>;
 
 // Seconds from row `now` of a record to the arrival of the command of row `row`. The twin of src/evaluate/arrival.rs.
 fn arrival(plant: Plant, record: Series, row: i32, now: u32) -> f32 {
@@ -99,8 +90,8 @@ fn command_after(plant: Plant, record: Series, row: i32, now: u32, after: f32) -
     return value + share * (command_of(record, row + 1) - value);
 }
 
-// Integrates a slice of a record, or some chunks of it. The result is the slice's sum so far of weighted squared errors
-// of the three outputs, and 1 in the fourth component where a state has diverged.
+// Integrates a slice of a record, or some chunks of it. The results are the slice's sums so far of what the errors of each
+// output cost; the status is the record's.
 @compute @workgroup_size(WORKGROUP)
 fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
     let candidate = work.first + id.x;
@@ -119,13 +110,13 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
     let plant = prepare(candidate, work.population);
 
     var state: State;
-    var failed = false;
+    var ended = FINISHED;
     if (begin == 0u) {
         let first = samples[record.first];
-        state = initial(plant, first.input, first.position);
+        state = initial(plant, first.input, first_position(first.measured));
     } else {
-        state = load(at, stride);
-        failed = diverged(state);
+        state = load_states(at, stride);
+        ended = status[at];
     }
     // The row whose command acts.
     var acting = i32(begin);
@@ -134,14 +125,14 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
             acting--;
         }
     }
-    let place = (record.slot + begin / SLICE) * work.population + candidate;
-    var sum = vec3<f32>(0.0);
+    let place = (record.slot + begin / SLICE) * OUTPUTS * work.population + candidate;
+    var sum = Outputs();
     if (begin % SLICE != 0u) {
-        sum = results[place].xyz;
+        sum = load_results(place, work.population);
     }
-    var chunk = vec3<f32>(0.0);
+    var chunk = Outputs();
     depart(plant, record, begin);
-    for (var k = begin; k < end && !failed; k++) {
+    for (var k = begin; k < end && ended == FINISHED; k++) {
         let sample = samples[record.first + k];
         var arrived = sample.input.command;
         if (DELAYED) {
@@ -156,20 +147,19 @@ fn evaluate_series(@builtin(global_invocation_id) id: vec3<u32>) {
         var input = sample.input;
         input.command = command(plant, state, arrived);
         state = remember(plant, state, arrived);
-        let target_values = vec3<f32>(sample.spool, sample.flow, sample.position);
-        let error = (target_values - observe(plant, state, input)) * OBSERVED;
-        chunk += sample.weight * loss(error);
+        chunk = add_errors(chunk, sample.weight, sample.measured, observe(plant, state, input));
         if ((k + 1u) % CHUNK == 0u || k + 1u == end) {
-            sum += chunk;
-            chunk = vec3<f32>(0.0);
+            sum = add(sum, chunk);
+            chunk = Outputs();
         }
         if (k + 1u < record.count) {
             state = travel(plant, record, state, input, k, acting);
         }
-        failed = diverged(state);
+        ended = select(FINISHED, DIVERGED, diverged(state));
     }
-    store(at, stride, state);
-    results[place] = vec4<f32>(sum, select(0.0, 1.0, failed));
+    store_states(at, stride, state);
+    store_results(place, work.population, sum);
+    status[at] = ended;
 }
 
 fn sine(tone: Tone, half_step: u32) -> vec2<f32> {
@@ -177,11 +167,13 @@ fn sine(tone: Tone, half_step: u32) -> vec2<f32> {
 }
 
 fn tone_input(tone: Tone, half_step: u32) -> Input {
-    return Input(tone.amplitude * sine(tone, half_step).x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    var input = Input();
+    input.command = tone.amplitude * sine(tone, half_step).x;
+    return input;
 }
 
-// Correlates the response to a tone with the sine. The result is the in-phase and the quadrature part per unit of
-// command amplitude, and 1 in the fourth component where a state has diverged.
+// Correlates the response to a tone with the sine. The results are the in-phase and the quadrature part per unit of command
+// amplitude; the status is the tone's.
 @compute @workgroup_size(WORKGROUP)
 fn evaluate_tones(@builtin(global_invocation_id) id: vec3<u32>) {
     let candidate = work.first + id.x;
@@ -192,14 +184,14 @@ fn evaluate_tones(@builtin(global_invocation_id) id: vec3<u32>) {
     let tone = tones[item];
     let plant = prepare(candidate, work.population);
     var state = initial(plant, tone_input(tone, 0u), 0.0);
-    var failed = false;
+    var ended = FINISHED;
     var sum = vec2<f32>(0.0);
-    for (var period = 0u; period < tone.settle + tone.measure && !failed; period++) {
+    for (var period = 0u; period < tone.settle + tone.measure && ended == FINISHED; period++) {
         var chunk = vec2<f32>(0.0);
         for (var k = 0u; k < SAMPLES_PER_PERIOD; k++) {
             let first = 2u * k * tone.substeps;
             var start = tone_input(tone, first);
-            chunk += observe(plant, state, start).x * sine(tone, first);
+            chunk += response(observe(plant, state, start)) * sine(tone, first);
             for (var j = 0u; j < tone.substeps; j++) {
                 let end = tone_input(tone, first + 2u * j + 2u);
                 state = advance(plant, state, start, tone_input(tone, first + 2u * j + 1u), end, tone.step);
@@ -209,8 +201,11 @@ fn evaluate_tones(@builtin(global_invocation_id) id: vec3<u32>) {
         if (period >= tone.settle) {
             sum += chunk;
         }
-        failed = diverged(state);
+        ended = select(FINISHED, DIVERGED, diverged(state));
     }
     let norm = 2.0 / f32(tone.measure * SAMPLES_PER_PERIOD) / tone.amplitude;
-    results[item * work.population + candidate] = vec4<f32>(sum * norm, 0.0, select(0.0, 1.0, failed));
+    let place = 2u * item * work.population + candidate;
+    results[place] = sum.x * norm;
+    results[place + work.population] = sum.y * norm;
+    status[item * work.population + candidate] = ended;
 }

@@ -1,17 +1,5 @@
 // From row to row in integration steps.
 
-fn between(start: Input, end: Input, share: f32) -> Input {
-    return Input(
-        start.command + share * (end.command - start.command),
-        start.supply + share * (end.supply - start.supply),
-        start.tank + share * (end.tank - start.tank),
-        start.a + share * (end.a - start.a),
-        start.b + share * (end.b - start.b),
-        start.temperature + share * (end.temperature - start.temperature),
-        start.time + share * (end.time - start.time),
-    );
-}
-
 // Integrates from row `k` to the next while commands arrive late; row `first`'s is the one that acts at row `k`.
 fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, first: i32) -> State {
     let sample = samples[record.first + k];

@@ -1,20 +1,48 @@
 // The physics of an actuator and a valve with an area table, all ports measured:
 // traced from src/model, to be composed with evaluate.wgsl. For reading; a test keeps it up to date.
 
+struct Input {
+    command: f32,
+    supply: f32,
+    tank: f32,
+    a: f32,
+    b: f32,
+    temperature: f32,
+    time: f32,
+}
+
+struct Measured {
+    spool: f32,
+    flow: f32,
+    position: f32,
+}
+
+struct Outputs {
+    spool: f32,
+    flow: f32,
+}
+
+fn load_results(at: u32, stride: u32) -> Outputs {
+    return Outputs(results[at + 0u * stride], results[at + 1u * stride]);
+}
+
+fn store_results(at: u32, stride: u32, value: Outputs) {
+    results[at + 0u * stride] = value.spool;
+    results[at + 1u * stride] = value.flow;
+}
+
 struct State {
     integrator: f32,
     spool: f32,
 }
 
-const STATES: u32 = 2u;
-
-fn load(at: u32, stride: u32) -> State {
+fn load_states(at: u32, stride: u32) -> State {
     return State(states[at + 0u * stride], states[at + 1u * stride]);
 }
 
-fn store(at: u32, stride: u32, state: State) {
-    states[at + 0u * stride] = state.integrator;
-    states[at + 1u * stride] = state.spool;
+fn store_states(at: u32, stride: u32, value: State) {
+    states[at + 0u * stride] = value.integrator;
+    states[at + 1u * stride] = value.spool;
 }
 
 fn diverged(state: State) -> bool {
@@ -90,7 +118,7 @@ fn delay(plant: Plant) -> f32 {
     return f32(0.0f);
 }
 
-fn observe(plant: Plant, state: State, input: Input) -> vec3<f32> {
+fn observe(plant: Plant, state: State, input: Input) -> Outputs {
     let t70 = input.supply * 100000.0f;
     let t71 = input.tank * 100000.0f;
     let t72 = input.a * 100000.0f;
@@ -111,7 +139,7 @@ fn observe(plant: Plant, state: State, input: Input) -> vec3<f32> {
     let t246 = forward_area_218 * plant.orifice_coefficient;
     let t250 = backward_area_245 * plant.orifice_coefficient;
     let flow_263 = (((((t246 * t130) / sqrt(sqrt((t130 * t130) + (t137 * t137)))) * 60000.0f) - (((t250 * t147) / sqrt(sqrt((t147 * t147) + (t151 * t151)))) * 60000.0f)) + ((((t246 * t174) / sqrt(sqrt((t174 * t174) + (t178 * t178)))) * 60000.0f) - (((t250 * t161) / sqrt(sqrt((t161 * t161) + (t165 * t165)))) * 60000.0f))) * 0.5f;
-    return vec3<f32>(state.spool, flow_263, 0.0f);
+    return Outputs(state.spool, flow_263);
 }
 
 fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, step: f32) -> State {
@@ -254,6 +282,24 @@ fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, lef
     return Leap(select(t664, ((state.integrator + (t612 * t804)) + ((t617 + (t623 * t804)) * t805)) + (((t629 + (t635 * t804)) + ((t641 + (t647 * t804)) * t805)) * t818), t723 > 0.0), select(t678, ((state.spool + (t599 * t804)) + ((t615 + (t621 * t804)) * t805)) + (((t627 + (t633 * t804)) + ((t639 + (t645 * t804)) * t805)) * t818), t723 > 0.0), select(t722, t722 + (t596 * (1.0f - t804)), t723 > 0.0));
 }
 
-fn loss(error: vec3<f32>) -> vec3<f32> {
-    return vec3<f32>(error.x * error.x, error.y * error.y, error.z * error.z);
+fn first_position(measured: Measured) -> f32 {
+    return f32(measured.position);
+}
+
+fn add_errors(sums: Outputs, weight: f32, measured: Measured, simulated: Outputs) -> Outputs {
+    let t858 = measured.spool - simulated.spool;
+    let t862 = measured.flow - simulated.flow;
+    return Outputs(sums.spool + (weight * (t858 * t858)), sums.flow + (weight * (t862 * t862)));
+}
+
+fn add(sums: Outputs, more: Outputs) -> Outputs {
+    return Outputs(sums.spool + more.spool, sums.flow + more.flow);
+}
+
+fn response(simulated: Outputs) -> f32 {
+    return f32(simulated.spool);
+}
+
+fn between(start: Input, end: Input, share: f32) -> Input {
+    return Input(start.command + (share * (end.command - start.command)), start.supply + (share * (end.supply - start.supply)), start.tank + (share * (end.tank - start.tank)), start.a + (share * (end.a - start.a)), start.b + (share * (end.b - start.b)), start.temperature + (share * (end.temperature - start.temperature)), start.time + (share * (end.time - start.time)));
 }

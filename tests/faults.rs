@@ -7,10 +7,11 @@ use crate::common::{case, cases, near_start, on_bounds, random};
 use crate::program::{BENCH, excerpt, printed, servobee_with};
 use servobee::diagnose::{Cut, Identified, Options, Question, identify};
 use servobee::evaluate::checkpoint::results_in;
-use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
+use servobee::evaluate::gpu::InjectedFault::{Hang, Lost, OutOfMemory, ShaderRefused};
+use servobee::evaluate::gpu::{Checks, GpuEvaluator};
 use servobee::evaluate::{
-    Care, Checkpoint, Cost, CpuEvaluator, Evaluator, Guarded, Job, Memory, PARITY, Population,
-    Precision, Problem, Remembering, Standby,
+    Checkpoint, Cost, CpuEvaluator, Evaluator, Guarded, Job, Memory, PARITY, Population, Precision,
+    Problem, Remembering, Standby, Thoroughness,
 };
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
@@ -23,13 +24,15 @@ use std::time::Duration;
 
 /// What takes over in these tests.
 fn cpu() -> Standby {
-    Standby::new("the CPU", Care::Cpu, || {
+    Standby::new("the CPU", Thoroughness::Cpu, || {
         Ok(CpuEvaluator::new(Precision::F32))
     })
 }
 
 fn device<E: Evaluator + 'static>(evaluator: E) -> Standby {
-    Standby::new("the device under test", Care::Device, || Ok(evaluator))
+    Standby::new("the device under test", Thoroughness::Device, || {
+        Ok(evaluator)
+    })
 }
 
 fn bits(costs: &[Cost]) -> Vec<u64> {
@@ -218,12 +221,12 @@ fn a_wrong_device_with_nothing_to_take_over_is_an_error_and_stays_one() {
 fn a_cpu_whose_vectors_are_wrong_is_refused() {
     let problem = case("actuator, held").problem;
     let wrong = |spoil| {
-        Standby::new("the CPU in f32", Care::Cpu, move || {
+        Standby::new("the CPU in f32", Thoroughness::Cpu, move || {
             Ok(Spoiled::new(spoil, 0))
         })
     };
     for spoil in [Spoil::Scaled, Spoil::Zeros, Spoil::Shifted] {
-        let double = Standby::new("the CPU in f64", Care::Cpu, || {
+        let double = Standby::new("the CPU in f64", Thoroughness::Cpu, || {
             Ok(CpuEvaluator::new(Precision::F64))
         });
         let mut guarded = Guarded::new(wrong(spoil), [double]).unwrap();
@@ -351,9 +354,11 @@ fn diagnosed(evaluator: &mut dyn Evaluator, memory: Memory) -> Result<Identified
 #[test]
 fn what_cannot_be_made_is_passed_over_with_a_warning() {
     let broken = || {
-        Standby::new("the first", Care::Device, || -> Result<CpuEvaluator> {
-            Err(Error::failed("no such device", "buy one"))
-        })
+        Standby::new(
+            "the first",
+            Thoroughness::Device,
+            || -> Result<CpuEvaluator> { Err(Error::failed("no such device", "buy one")) },
+        )
     };
     let mut guarded = Guarded::new(broken(), [cpu()]).unwrap();
     let warnings = guarded.take_warnings();
@@ -461,8 +466,8 @@ fn a_wrong_candidate_now_and_then_condemns_no_device() {
     assert!((2..20).contains(&wrong));
 }
 
-/// A fit on the GPU with a mishap, the warnings, and what computed in the end.
-fn with_mishap(prepare: impl FnOnce(&mut GpuEvaluator)) -> Option<(Fit, Vec<String>, String)> {
+/// A fit on the GPU with a fault, the warnings, and what computed in the end.
+fn with_fault(prepare: impl FnOnce(&mut GpuEvaluator)) -> Option<(Fit, Vec<String>, String)> {
     let mut gpu = common::gpu(Checks::Off)?;
     let problem = case("actuator, held").problem;
     prepare(&mut gpu);
@@ -480,25 +485,25 @@ fn every_failure_of_a_device_ends_in_the_same_result() {
     let name = gpu.describe();
     let reference = fitted(&case("actuator, held").problem, &mut gpu).expect("a fit");
     let always = u32::MAX;
-    let mishaps = [
+    let faults = [
         // What goes on with the device itself.
-        (Mishap::Lost, 0, 1, "was lost; going on with it anew", true),
-        (Mishap::Lost, 5, 3, "was lost; going on with it anew", true),
-        (Mishap::OutOfMemory, 0, 1, "at most 128 MiB at once", true),
-        (Mishap::OutOfMemory, 4, 2, "at most 128 MiB at once", true),
+        (Lost, 0, 1, "was lost; going on with it anew", true),
+        (Lost, 5, 3, "was lost; going on with it anew", true),
+        (OutOfMemory, 0, 1, "at most 128 MiB at once", true),
+        (OutOfMemory, 4, 2, "at most 128 MiB at once", true),
         // What the CPU takes over.
-        (Mishap::Lost, 0, always, "was lost again and again", false),
-        (Mishap::OutOfMemory, 0, always, "has no memory left", false),
-        (Mishap::Hang, 2, 1, "has not answered for 60s", false),
-        (Mishap::ShaderRefused, 0, 1, "refuses the shader", false),
+        (Lost, 0, always, "was lost again and again", false),
+        (OutOfMemory, 0, always, "has no memory left", false),
+        (Hang, 2, 1, "has not answered for 60s", false),
+        (ShaderRefused, 0, 1, "refuses the shader", false),
     ];
-    for (mishap, after, times, said, stays) in mishaps {
+    for (fault, after, times, said, stays) in faults {
         let (found, warnings, now) =
-            with_mishap(|gpu| gpu.let_fail(mishap, after, times)).expect("an adapter, as above");
-        println!("{mishap:?} after {after}, {times} times: {warnings:#?}");
+            with_fault(|gpu| gpu.inject(fault, after, times)).expect("an adapter, as above");
+        println!("{fault:?} after {after}, {times} times: {warnings:#?}");
         assert!(
             warnings.iter().any(|warning| warning.contains(said)),
-            "{mishap:?}"
+            "{fault:?}"
         );
         assert!(warnings.iter().all(|warning| warning.lines().count() == 1));
         let taken_over = "; going on with ".to_owned() + &cpu_name();
@@ -508,13 +513,13 @@ fn every_failure_of_a_device_ends_in_the_same_result() {
         let [own, other] = [&found, &reference].map(|fit| fit.cost().expect("a cost"));
         assert!(
             (own / other - 1.0).abs() <= PARITY,
-            "{mishap:?}: {own} {other}"
+            "{fault:?}: {own} {other}"
         );
         let pairs = found.values().iter().zip(reference.values());
         for (own, other) in pairs {
             assert!(
                 (own / other - 1.0).abs() <= PARITY,
-                "{mishap:?}: {own} {other}"
+                "{fault:?}: {own} {other}"
             );
         }
     }
@@ -522,19 +527,14 @@ fn every_failure_of_a_device_ends_in_the_same_result() {
 
 #[test]
 fn every_failure_of_a_device_that_nothing_replaces_is_an_error() {
-    for mishap in [
-        Mishap::Lost,
-        Mishap::OutOfMemory,
-        Mishap::Hang,
-        Mishap::ShaderRefused,
-    ] {
+    for fault in [Lost, OutOfMemory, Hang, ShaderRefused] {
         let Some(mut gpu) = common::gpu(Checks::Off) else {
             return;
         };
-        gpu.let_fail(mishap, 0, u32::MAX);
+        gpu.inject(fault, 0, u32::MAX);
         let mut guarded = Guarded::new(device(gpu), []).unwrap();
         let error = fitted(&case("actuator, held").problem, &mut guarded).expect_err("no device");
-        println!("{mishap:?}: {error}");
+        println!("{fault:?}: {error}");
         assert_eq!(error.exit_code(), 1);
         assert!(error.to_string().contains("--evaluator cpu"), "{error}");
     }
@@ -547,8 +547,8 @@ fn a_device_that_does_not_answer_in_time_is_given_up_at_once() {
     };
     // lavapipe computes while work is submitted, so that it has answered whenever it is asked: a limit of a nanosecond met it
     // in the middle only where something else held up its last step. On hardware benches/gpu waits for real.
-    gpu.let_fail(Mishap::Hang, 0, 1);
-    gpu.limit_patience(Duration::from_nanos(1));
+    gpu.inject(Hang, 0, 1);
+    gpu.limit_timeout(Duration::from_nanos(1));
     let mut guarded = Guarded::new(device(gpu), [cpu()]).unwrap();
     let problem = case("records of many lengths").problem;
     let population = random(&problem, 300, 1);
@@ -577,8 +577,8 @@ fn a_device_with_little_memory_computes_the_same_in_smaller_parts() {
     let problem = case("records of many lengths").problem;
     let population = random(&problem, 300, 4);
     let whole = gpu.costs(&problem, &population).expect("costs");
-    // Each attempt runs out of memory until a wave has 4 MiB.
-    gpu.let_fail(Mishap::OutOfMemory, 0, 6);
+    // Each attempt runs out of memory until a batch has 4 MiB.
+    gpu.inject(OutOfMemory, 0, 6);
     let parts = gpu.costs(&problem, &population).expect("costs");
     assert_eq!(bits(&parts), bits(&whole));
     let warnings = gpu.take_warnings();

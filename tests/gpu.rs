@@ -5,7 +5,7 @@
 
 use crate::common;
 use crate::common::{Record, case, near_start, problem, random};
-use servobee::evaluate::gpu::{Checks, GpuEvaluator, Mishap};
+use servobee::evaluate::gpu::{Checks, GpuEvaluator, InjectedFault};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Job, Memory, PARITY, Population, Precision, Problem,
 };
@@ -310,7 +310,7 @@ fn data_stay_on_the_device() {
         assert_eq!(gpu.timings().uploaded, 0);
     }
     // What a device has had is lost with it.
-    gpu.let_fail(Mishap::Lost, 0, 1);
+    gpu.inject(InjectedFault::Lost, 0, 1);
     gpu.costs(jobs[0].problem, jobs[0].population)
         .expect("costs");
     assert!((1..first).contains(&gpu.timings().uploaded));
@@ -324,7 +324,7 @@ fn a_lost_device_is_replaced_and_changes_no_cost() {
     gpu.limit_submissions(1e-9);
     let reference = gpu.costs(&problem, &population).expect("costs");
     for (after, times) in [(0, 1), (1, 1), (7, 2), (0, 4)] {
-        gpu.let_fail(Mishap::Lost, after, times);
+        gpu.inject(InjectedFault::Lost, after, times);
         let costs = gpu
             .costs(&problem, &population)
             .expect("costs from another device");
@@ -337,12 +337,12 @@ fn a_device_that_is_always_lost_is_an_error() {
     let Some(mut gpu) = gpu() else { return };
     let problem = case("actuator, held").problem;
     let population = random(&problem, 40, 5);
-    gpu.let_fail(Mishap::Lost, 0, u32::MAX);
+    gpu.inject(InjectedFault::Lost, 0, u32::MAX);
     let error = gpu.costs(&problem, &population).expect_err("no device");
     assert_eq!(error.exit_code(), 1);
     assert!(error.to_string().contains("--evaluator cpu"), "{error}");
     // Not for ever: what was lost is replaced at the next call.
-    gpu.let_fail(Mishap::Lost, 0, 0);
+    gpu.inject(InjectedFault::Lost, 0, 0);
     assert!(gpu.costs(&problem, &population).is_ok());
 }
 

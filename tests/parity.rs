@@ -434,10 +434,10 @@ fn a_wrong_shader_is_caught() {
         ("actuator, held", "candidates[0u *", "candidates[1u *"),
         (
             "actuator, held",
-            "sample.weight * loss(error)",
-            "loss(error)",
+            "sums.spool + (weight * ",
+            "sums.spool + (",
         ),
-        ("actuator, held", "sum += chunk", "sum = chunk"),
+        ("actuator, held", "sum = add(sum, chunk)", "sum = chunk"),
         (
             "spool, flow and integrated position, interpolated",
             "min(max(middle",
@@ -455,8 +455,8 @@ fn a_wrong_shader_is_caught() {
         ),
         (
             "spool, flow and integrated position, interpolated",
-            "start.command + share",
-            "start.command - share",
+            "start.command + (share",
+            "start.command - (share",
         ),
         (
             "actuator, at rest",
@@ -465,7 +465,7 @@ fn a_wrong_shader_is_caught() {
         ),
         (
             "records of many lengths",
-            "state = load(at, stride)",
+            "state = load_states(at, stride)",
             "state = initial(plant, samples[0].input, 0.0)",
         ),
         (
@@ -492,7 +492,11 @@ fn a_wrong_shader_is_caught() {
             "plant.critical_force / backward_area",
             "plant.critical_force / forward_area",
         ),
-        ("actuator and integrated position", "first.position", "0.0"),
+        (
+            "actuator and integrated position",
+            "first_position(first.measured)",
+            "0.0",
+        ),
         (
             "tones, paper",
             "period >= tone.settle",
@@ -505,8 +509,8 @@ fn a_wrong_shader_is_caught() {
         ),
         (
             "tones, settled",
-            ".x * sine(tone, first)",
-            ".x * sine(tone, first + 1u)",
+            "* sine(tone, first)",
+            "* sine(tone, first + 1u)",
         ),
     ];
     for (name, right, wrong) in faults {
@@ -779,9 +783,9 @@ fn a_population_cut_to_fit_small_buffers_has_the_same_costs() {
         return;
     };
     let problem = many_records();
-    let population = random(&problem, 600, 5);
+    let population = random(&problem, 1200, 5);
     let whole = on_gpu(&mut gpu, &problem, &population);
-    // 600 candidates with 61 records, one of them of two slices, need 595 200 bytes of results.
+    // 1200 candidates with two states on 61 records need 585 600 bytes of states.
     gpu.limit_buffers(550_000);
     let parts = on_gpu(&mut gpu, &problem, &population);
     assert_eq!(whole, parts);

@@ -5,9 +5,11 @@ use crate::common::{case, cases};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, TypeInner, back};
 use servobee::evaluate::gpu::layout;
+use servobee::evaluate::identity::ShaderIdentity;
+use servobee::evaluate::physics::INPUTS;
 use servobee::evaluate::problem::Data;
 use servobee::evaluate::{Loss, Problem, wgsl};
-use servobee::model::{Outputs, Real, Structure};
+use servobee::model::{Output, Outputs, Real, Structure};
 use std::collections::HashMap;
 use std::mem::{offset_of, size_of};
 use std::path::Path;
@@ -95,13 +97,8 @@ macro_rules! fields {
 fn host_and_shader_lay_out_memory_alike() {
     let problem = case("actuator, held").problem;
     let (module, _) = validated("actuator", &wgsl::compose(&problem));
-    let mut sample =
-        fields!(Sample: step, substeps, leap, leaps, pieces, weight, input, time_rest, target);
-    // The host's three targets have a name each in the shader.
-    let (_, target) = sample.pop().expect("the targets");
-    for (name, i) in ["spool", "flow", "position"].iter().zip(0..) {
-        sample.push((name.to_string(), target + 4 * i));
-    }
+    let sample =
+        fields!(Sample: step, substeps, leap, leaps, pieces, weight, input, time_rest, measured);
     let tone = fields!(Tone: amplitude, step, substeps, stride, settle, measure);
     let pairs = [
         (
@@ -124,12 +121,16 @@ fn host_and_shader_lay_out_memory_alike() {
             "{name}"
         );
     }
-    let names = ["command", "supply", "tank", "a", "b", "temperature", "time"];
-    let input = names
-        .iter()
-        .zip(0..)
-        .map(|(name, i)| (name.to_string(), 4 * i));
-    assert_eq!(shader_layout(&module, "Input"), (input.collect(), 28));
+    // The host's arrays are structs of the shader.
+    for (name, fields) in [
+        ("Input", INPUTS.to_vec()),
+        ("Measured", Output::ALL.map(Output::name).to_vec()),
+        ("Outputs", vec!["spool"]),
+    ] {
+        let size = 4 * fields.len() as u32;
+        let fields = fields.into_iter().map(String::from).zip((0..).step_by(4));
+        assert_eq!(shader_layout(&module, name), (fields.collect(), size));
+    }
 }
 
 /// The physics that is committed for people to read is the physics that the model gives now.
@@ -193,7 +194,7 @@ fn problems_of_one_identity_have_one_shader() {
     for problem in &all {
         for workgroup in [32, 64] {
             let shader = wgsl::compose_for(problem, workgroup);
-            let known = shaders.entry(wgsl::identity(problem, workgroup));
+            let known = shaders.entry((ShaderIdentity::of(problem), workgroup));
             assert_eq!(*known.or_insert(shader.clone()), shader);
         }
     }

@@ -1,9 +1,9 @@
 //! Devices that fail in the middle: the costs are those of a device that does not.
 
 use super::{Setting, on_cpu};
-use servobee::evaluate::gpu::{GpuEvaluator, Mishap};
+use servobee::evaluate::gpu::{GpuEvaluator, InjectedFault};
 use servobee::evaluate::{
-    Care, Cost, CpuEvaluator, Evaluator, Guarded, Precision, Standby, workload,
+    Cost, CpuEvaluator, Evaluator, Guarded, Precision, Standby, Thoroughness, workload,
 };
 use servobee::{Error, Result};
 use std::time::Duration;
@@ -22,13 +22,13 @@ pub(crate) fn stage(setting: &Setting) -> Result<()> {
     println!("| what | costs | what is said |\n|---|---|---|");
     let spoils: [(&str, Spoil); 4] = [
         ("the device is lost before the third submission", |gpu| {
-            gpu.let_fail(Mishap::Lost, 2, 1)
+            gpu.inject(InjectedFault::Lost, 2, 1)
         }),
         ("the device is lost three times", |gpu| {
-            gpu.let_fail(Mishap::Lost, 1, 3)
+            gpu.inject(InjectedFault::Lost, 1, 3)
         }),
-        ("there is no memory for a wave, twice", |gpu| {
-            gpu.let_fail(Mishap::OutOfMemory, 0, 2)
+        ("there is no memory for a batch, twice", |gpu| {
+            gpu.inject(InjectedFault::OutOfMemory, 0, 2)
         }),
         ("buffers of 1 MiB at most", |gpu| gpu.limit_buffers(1 << 20)),
     ];
@@ -47,14 +47,14 @@ pub(crate) fn stage(setting: &Setting) -> Result<()> {
     let mut gpu = setting.evaluator()?;
     // In software work is done while it is submitted: the device has always answered.
     if setting.small {
-        gpu.let_fail(Mishap::Hang, 0, 1);
+        gpu.inject(InjectedFault::Hang, 0, 1);
     }
-    gpu.limit_patience(Duration::from_nanos(1));
-    let cpu = Standby::new("the CPU", Care::Cpu, || {
+    gpu.limit_timeout(Duration::from_nanos(1));
+    let cpu = Standby::new("the CPU", Thoroughness::Cpu, || {
         Ok(CpuEvaluator::new(Precision::F32))
     });
     let mut guarded = Guarded::new(
-        Standby::new("the GPU", Care::Device, move || Ok(gpu)),
+        Standby::new("the GPU", Thoroughness::Device, move || Ok(gpu)),
         [cpu],
     )?;
     let costs = guarded.costs(&problem, &population)?;

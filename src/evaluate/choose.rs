@@ -1,7 +1,10 @@
 //! Which evaluator a run uses, and why.
 
+use super::cpu::{CpuEvaluator, Precision};
+use super::cross_check::Thoroughness;
+use super::evaluator::Evaluator;
 use super::gpu::{self, Checks, GpuEvaluator};
-use super::{Care, CpuEvaluator, Evaluator, Guarded, Precision, Standby};
+use super::guard::{Guarded, Standby};
 use crate::Result;
 use std::str::FromStr;
 
@@ -74,7 +77,7 @@ pub fn choose(choice: Choice) -> Result<Chosen> {
 fn on_gpu(adapter: &wgpu::Adapter) -> Standby {
     let adapter = adapter.clone();
     let name = format!("the GPU \"{}\"", adapter.get_info().name);
-    Standby::new(name, Care::Device, move || {
+    Standby::new(name, Thoroughness::Device, move || {
         GpuEvaluator::new(&adapter, Checks::Off)
     })
 }
@@ -86,7 +89,9 @@ fn on_cpu() -> Vec<Standby> {
         ("the CPU in f64", Precision::F64),
     ]
     .map(|(name, precision)| {
-        Standby::new(name, Care::Cpu, move || Ok(CpuEvaluator::new(precision)))
+        Standby::new(name, Thoroughness::Cpu, move || {
+            Ok(CpuEvaluator::new(precision))
+        })
     })
     .into()
 }

@@ -1,8 +1,9 @@
 //! Evaluators that take over from each other: one that fails or computes wrong costs is given up, by name.
 
-use super::referee::{Care, Referee};
+use super::cross_check::{CrossCheck, Thoroughness};
+use super::evaluator::{Evaluator, Job};
+use super::population::Cost;
 use super::warnings::Warnings;
-use super::{Cost, Evaluator, Job};
 use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -10,20 +11,20 @@ use std::time::Instant;
 /// What may evaluate, made when its turn comes.
 pub struct Standby {
     name: String,
-    care: Care,
+    thoroughness: Thoroughness,
     open: Box<dyn FnOnce() -> Result<Box<dyn Evaluator>>>,
 }
 
 impl Standby {
-    /// The evaluator that `open` makes, called `name` in messages, whose costs are re-scored with `care`.
+    /// The evaluator that `open` makes, called `name` in messages, whose costs are checked with this `thoroughness`.
     pub fn new<E: Evaluator + 'static>(
         name: impl Into<String>,
-        care: Care,
+        thoroughness: Thoroughness,
         open: impl FnOnce() -> Result<E> + 'static,
     ) -> Self {
         Self {
             name: name.into(),
-            care,
+            thoroughness,
             open: Box::new(|| Ok(Box::new(open()?))),
         }
     }
@@ -34,7 +35,7 @@ impl Standby {
 pub struct Guarded {
     current: Box<dyn Evaluator>,
     name: String,
-    referee: Referee,
+    check: CrossCheck,
     standbys: VecDeque<Standby>,
     /// Names of those that have failed.
     failed: Vec<String>,
@@ -52,11 +53,11 @@ impl Guarded {
         standbys.push_front(first);
         let mut failed = Vec::new();
         let mut warnings = Warnings::default();
-        let (current, name, referee) = take_over(&mut standbys, &mut failed, None, &mut warnings)?;
+        let (current, name, check) = take_over(&mut standbys, &mut failed, None, &mut warnings)?;
         Ok(Self {
             current,
             name,
-            referee,
+            check,
             standbys,
             failed,
             warnings,
@@ -75,16 +76,21 @@ fn take_over(
     failed: &mut Vec<String>,
     before: Option<Error>,
     warnings: &mut Warnings,
-) -> Result<(Box<dyn Evaluator>, String, Referee)> {
+) -> Result<(Box<dyn Evaluator>, String, CrossCheck)> {
     let mut errors: Vec<Error> = before.into_iter().collect();
-    while let Some(Standby { name, care, open }) = standbys.pop_front() {
+    while let Some(Standby {
+        name,
+        thoroughness,
+        open,
+    }) = standbys.pop_front()
+    {
         match open() {
             Ok(evaluator) => {
                 for error in errors {
                     let (Error::Failed { problem, .. } | Error::Input { problem, .. }) = error;
                     warnings.add(format!("{problem}; going on with {}", evaluator.describe()));
                 }
-                return Ok((evaluator, name, Referee::new(care)));
+                return Ok((evaluator, name, CrossCheck::new(thoroughness)));
             }
             Err(error) => {
                 failed.push(name);
@@ -114,12 +120,12 @@ impl Evaluator for Guarded {
                 self.warnings.add(warning);
             }
             let error = match costs {
-                Ok(costs) => match self.referee.complaint(jobs, &costs, time) {
+                Ok(costs) => match self.check.check(jobs, &costs, time) {
                     None => return Ok(costs),
-                    Some(complaint) => {
+                    Some(fault) => {
                         self.refusals += 1;
                         Error::failed(
-                            format!("{} computes wrong costs: {complaint}", self.name),
+                            format!("{} computes wrong costs: {fault}", self.name),
                             "update its driver, and use --evaluator cpu until then",
                         )
                     }
@@ -130,7 +136,7 @@ impl Evaluator for Guarded {
                 return Err(error);
             }
             self.failed.push(self.name.clone());
-            (self.current, self.name, self.referee) = take_over(
+            (self.current, self.name, self.check) = take_over(
                 &mut self.standbys,
                 &mut self.failed,
                 Some(error),

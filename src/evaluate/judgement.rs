@@ -5,7 +5,7 @@
 //! How much rounding can do to a candidate shows when it is computed in f32 on the CPU, as it is and with its values moved
 //! by a rounding each. A cost within [`MARGIN`] times that says nothing, and one that is the CPU's in f32 is right.
 
-use super::Cost;
+use super::population::Cost;
 
 /// Largest relative difference of a cost in f32 from the same in f64, or of two in f32, for candidates anywhere inside
 /// the bounds: measured at up to 3e-5, where a hardly damped spool rings through the whole record.
@@ -19,8 +19,8 @@ const MARGIN: f64 = 10.0;
 pub(super) enum Judgement {
     /// It is right.
     Right,
-    /// Nothing: rounding alone may have done that.
-    Open,
+    /// It may be right or wrong: rounding alone can make such a difference.
+    Inconclusive,
     /// It is wrong by this share.
     Wrong(f64),
 }
@@ -28,17 +28,17 @@ pub(super) enum Judgement {
 impl Judgement {
     /// What a cost that is not the `reference` in f64 says, given those in f32 on the CPU of the same candidate and of its
     /// neighbours.
-    pub(super) fn new(cost: Cost, reference: Cost, twins: &[Cost]) -> Self {
-        if cost.difference(&twins[0]) <= PARITY {
+    pub(super) fn new(cost: Cost, reference: Cost, rounded: &[Cost]) -> Self {
+        if cost.difference(&rounded[0]) <= PARITY {
             return Self::Right;
         }
-        if twins.iter().any(|twin| twin.status != reference.status) {
-            return Self::Open;
+        if rounded.iter().any(|cost| cost.status != reference.status) {
+            return Self::Inconclusive;
         }
-        let off = |twin: &Cost| (twin.value - reference.value).abs();
-        let rounding = twins.iter().map(off).fold(0.0, f64::max);
+        let off = |cost: &Cost| (cost.value - reference.value).abs();
+        let rounding = rounded.iter().map(off).fold(0.0, f64::max);
         if cost.status == reference.status && off(&cost) <= MARGIN * rounding {
-            return Self::Open;
+            return Self::Inconclusive;
         }
         Self::Wrong(cost.difference(&reference))
     }
@@ -47,7 +47,7 @@ impl Judgement {
     pub(super) fn fault(&self) -> Option<f64> {
         match *self {
             Self::Wrong(by) => Some(by),
-            Self::Right | Self::Open => None,
+            Self::Right | Self::Inconclusive => None,
         }
     }
 }
@@ -76,9 +76,15 @@ mod tests {
     fn a_candidate_that_rounding_carries_away_says_nothing() {
         let [reference, far] = costs([1.0, 1.7]);
         let chaotic = costs([1.3, 0.9, 1.1]);
-        assert_eq!(Judgement::new(far, reference, &chaotic), Judgement::Open);
+        assert_eq!(
+            Judgement::new(far, reference, &chaotic),
+            Judgement::Inconclusive
+        );
         let brink = [reference, reference, Cost::DIVERGED];
-        assert_eq!(Judgement::new(far, reference, &brink), Judgement::Open);
+        assert_eq!(
+            Judgement::new(far, reference, &brink),
+            Judgement::Inconclusive
+        );
         // As the CPU's f32 has it.
         let [near] = costs([1.3 + 1e-5]);
         assert_eq!(Judgement::new(near, reference, &chaotic), Judgement::Right);
@@ -89,6 +95,9 @@ mod tests {
         // Next to zero only rounding is left of a cost.
         let [nothing, rest] = costs([1e-20, 4e-13]);
         let rounded = costs([2e-13, 1e-13, 3e-13]);
-        assert_eq!(Judgement::new(rest, nothing, &rounded), Judgement::Open);
+        assert_eq!(
+            Judgement::new(rest, nothing, &rounded),
+            Judgement::Inconclusive
+        );
     }
 }

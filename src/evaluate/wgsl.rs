@@ -1,13 +1,14 @@
 //! Composing a shader: the physics of a structure, traced, and the loops of `shaders/evaluate.wgsl`.
 
-use super::STATE_LIMIT;
-use super::physics::{Function, Kind, LEAP, Physics};
+use super::cpu::STATE_LIMIT;
+use super::physics::{INPUTS, Kind, LEAP, Physics};
+use super::population::Status;
 use super::problem::{Problem, SAMPLES_PER_PERIOD};
 use super::simulate::{CHUNK, SLICE};
-use crate::model::Real;
 use crate::model::leap::{MOST_PARTS, Stride};
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, Trace, Wgsl};
+use crate::model::{Output, Real};
 use std::fmt::{Display, Write};
 
 /// The loops over rows and tones, bindings and sums: everything that is the same for all structures.
@@ -39,38 +40,24 @@ pub fn compose_for(problem: &Problem, workgroup: u32) -> String {
     )
 }
 
-/// What [`compose_for`] makes its text of: problems for which this is the same have the same shader. Tracing the physics takes
-/// as long as thousands of candidates do on a fast device; this does not.
-pub fn identity(problem: &Problem, workgroup: u32) -> String {
-    let parameters = problem.parameters.iter().map(|p| (&p.name, p.fixed));
-    format!(
-        "{workgroup} {} {} {:?} {:?} {:?}",
-        problem.leaps(),
-        problem.is_even(),
-        problem.loss.map(|loss| (loss.name(), problem.scale)),
-        parameters.collect::<Vec<_>>(),
-        problem.structure,
-    )
-}
-
 fn settings(problem: &Problem) -> String {
     format!(
-        "const INTERPOLATED: bool = {};\nconst EVEN: bool = {};\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\nconst DELAYED: bool = {};\nconst OBSERVED: vec3<f32> = vec3<f32>({});\nconst CHUNK: u32 = {CHUNK}u;\n\
-         const SLICE: u32 = {SLICE}u;\nconst SAMPLES_PER_PERIOD: u32 = {SAMPLES_PER_PERIOD}u;\n\
-         const STATE_LIMIT: f32 = {STATE_LIMIT:?}f;\n",
+        "const INTERPOLATED: bool = {};\nconst EVEN: bool = {};\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\n\
+         const DELAYED: bool = {};\nconst OUTPUTS: u32 = {}u;\nconst FINISHED: u32 = {}u;\nconst DIVERGED: u32 = {}u;\n\
+         const CHUNK: u32 = {CHUNK}u;\nconst SLICE: u32 = {SLICE}u;\n\
+         const SAMPLES_PER_PERIOD: u32 = {SAMPLES_PER_PERIOD}u;\nconst STATE_LIMIT: f32 = {STATE_LIMIT:?}f;\n",
         problem.interpolates(),
         problem.is_even(),
         problem.structure.delays(),
-        problem
-            .observed()
-            .0
-            .map(|observed| if observed { "1.0" } else { "0.0" })
-            .join(", "),
+        problem.structure.observed.len(),
+        Status::Finished as u32,
+        Status::Diverged as u32,
     )
 }
 
-/// The physics of `problem`'s structure as WGSL: the structs `Plant` and `State`, and the functions `prepare`,
-/// `initial`, `command`, `remember`, `delay`, `observe`, `advance`, `loss`, `load`, `store` and `diverged` that the loops call.
+/// What knows the fields of `problem`'s structure, as WGSL: the structs `Input`, `Measured`, `Outputs`, `State` and `Plant`,
+/// and the functions that the loops call. `Measured` has every output, as the rows of a record have it; `Outputs` has those
+/// that the structure observes.
 pub fn physics(problem: &Problem) -> String {
     let values = |trace: &Trace| {
         let free: Vec<Traced> = (0..problem.free().len())
@@ -86,45 +73,103 @@ pub fn physics(problem: &Problem) -> String {
         }
         values
     };
-    let mut physics = Physics::new(&problem.structure, problem.leaps(), values);
-    physics.functions.push(loss(problem, &physics.trace));
+    let leaps = problem.leaps();
+    let outputs = &problem.structure.observed;
+    let mut physics = Physics::new(&problem.structure, leaps, values);
     let mut functions = String::new();
     for function in &physics.functions {
-        if function.name != "derivative" {
-            let body = physics.trace.function::<Wgsl>(&function.results);
-            functions += &format!("\n{}", function_text(function, &body));
-        }
+        let results = match function.kind {
+            _ if function.name == "derivative" => continue,
+            Kind::Outputs => outputs
+                .iter()
+                .map(|&o| function.results[o as usize])
+                .collect(),
+            _ => function.results.clone(),
+        };
+        let arguments = function.arguments.iter();
+        let arguments: Vec<_> = arguments
+            .map(|&(name, kind)| (name, type_name(kind)))
+            .collect();
+        let body = physics.trace.function::<Wgsl>(&results);
+        functions += &function_text(function.name, &arguments, type_name(function.kind), &body);
     }
-    let structs = match problem.leaps() {
-        true => stride_text(),
-        false => String::new(),
-    };
+    functions += &channels(problem, &mut physics.trace);
     let (mut fields, mut prepare) = physics.trace.plant::<Wgsl>();
     if fields.is_empty() {
         fields.push("unused".into());
         prepare.results.push("0.0".into());
     }
-    format!(
-        "{}\n{structs}{}\nfn prepare(candidate: u32, population: u32) -> Plant {{\n{}}}\n{functions}",
-        state_text(&physics.states),
+    let number = [("candidate", "u32"), ("population", "u32")];
+    let prepare = function_text("prepare", &number, "Plant", &prepare);
+    let outputs: Vec<&str> = outputs.iter().map(|output| output.name()).collect();
+    let texts = [
+        struct_text("Input", &INPUTS),
+        struct_text("Measured", &Output::ALL.map(Output::name)),
+        struct_text("Outputs", &outputs),
+        buffer_text("results", "Outputs", &outputs),
+        struct_text("State", &physics.states),
+        buffer_text("states", "State", &physics.states),
+        diverged_text(&physics.states),
+        if leaps { stride_text() } else { String::new() },
         struct_text("Plant", &fields),
-        body_text("Plant", &prepare),
-    )
+        prepare,
+        functions,
+    ];
+    texts.concat().trim_start().into()
 }
 
-/// What an error of each output costs.
-fn loss(problem: &Problem, trace: &Trace) -> Function {
-    let errors = ["x", "y", "z"].map(|i| trace.read(format!("error.{i}")));
-    let results = match problem.own_loss::<Traced>() {
-        None => errors.map(|error| error * error),
-        Some((loss, sizes)) => [0, 1, 2].map(|i| loss(errors[i], Traced::constant(sizes.0[i]))),
+/// The functions that know the channels and no equation.
+fn channels(problem: &Problem, trace: &mut Trace) -> String {
+    let outputs = &problem.structure.observed;
+    let read = |argument: &str| -> Vec<Traced> {
+        let names = outputs.iter().map(|output| output.name());
+        names
+            .map(|name| trace.read(format!("{argument}.{name}")))
+            .collect()
     };
-    Function {
-        name: "loss",
-        arguments: &[("error", Kind::Outputs)],
-        kind: Kind::Outputs,
-        results: results.to_vec(),
-    }
+    let [sums, more, measured, simulated] = ["sums", "more", "measured", "simulated"].map(read);
+    let weight = trace.read("weight");
+    let loss = problem.own_loss::<Traced>();
+    let cost = |i: usize| {
+        let error = measured[i] - simulated[i];
+        match &loss {
+            None => error * error,
+            Some((loss, sizes)) => loss(error, Traced::constant(sizes[outputs[i]])),
+        }
+    };
+    let range = 0..outputs.len();
+    let with_errors: Vec<Traced> = range.clone().map(|i| sums[i] + weight * cost(i)).collect();
+    let with_more: Vec<Traced> = range.map(|i| sums[i] + more[i]).collect();
+    let position = trace.read(format!("measured.{}", Output::Position.name()));
+    let share = trace.read("share");
+    let between = INPUTS.map(|input| {
+        let [start, end] = ["start", "end"].map(|side| trace.read(format!("{side}.{input}")));
+        start + share * (end - start)
+    });
+    let mut write = |name, arguments: &[_], result, results: &[Traced]| {
+        function_text(name, arguments, result, &trace.function::<Wgsl>(results))
+    };
+    const SUMS: (&str, &str) = ("sums", "Outputs");
+    const MEASURED: (&str, &str) = ("measured", "Measured");
+    const SIMULATED: (&str, &str) = ("simulated", "Outputs");
+    [
+        write("first_position", &[MEASURED], "f32", &[position]),
+        write(
+            "add_errors",
+            &[SUMS, ("weight", "f32"), MEASURED, SIMULATED],
+            "Outputs",
+            &with_errors,
+        ),
+        write("add", &[SUMS, ("more", "Outputs")], "Outputs", &with_more),
+        write("response", &[SIMULATED], "f32", &simulated[..1]),
+        write(
+            "between",
+            &[("start", "Input"), ("end", "Input"), ("share", "f32")],
+            "Input",
+            &between,
+        ),
+    ]
+    .concat()
 }
 
 fn type_name(kind: Kind) -> &'static str {
@@ -133,35 +178,24 @@ fn type_name(kind: Kind) -> &'static str {
         Kind::Plant => "Plant",
         Kind::State => "State",
         Kind::Input => "Input",
-        Kind::Outputs => "vec3<f32>",
+        Kind::Outputs => "Outputs",
         Kind::Stride => "Stride",
         Kind::Leap => "Leap",
     }
 }
 
-fn function_text(function: &Function, body: &Body) -> String {
-    let arguments: Vec<String> = function
-        .arguments
+/// A function that takes `arguments` (name and type) and returns a `result`.
+fn function_text(name: &str, arguments: &[(&str, &str)], result: &str, body: &Body) -> String {
+    let arguments: Vec<String> = arguments
         .iter()
-        .map(|&(name, kind)| format!("{name}: {}", type_name(kind)))
+        .map(|(name, kind)| format!("{name}: {kind}"))
         .collect();
-    let result = type_name(function.kind);
-    format!(
-        "fn {}({}) -> {result} {{\n{}}}\n",
-        function.name,
-        arguments.join(", "),
-        body_text(result, body)
-    )
-}
-
-/// Local numbers, and the return of `constructor`'s value.
-fn body_text(constructor: &str, body: &Body) -> String {
-    let mut text = String::new();
+    let mut text = format!("\nfn {name}({}) -> {result} {{\n", arguments.join(", "));
     for (name, expression) in &body.locals {
         writeln!(text, "    let {name} = {expression};").expect("writing to a string");
     }
     let results = body.results.join(", ");
-    writeln!(text, "    return {constructor}({results});").expect("writing to a string");
+    writeln!(text, "    return {result}({results});\n}}").expect("writing to a string");
     text
 }
 
@@ -170,45 +204,42 @@ fn struct_text<T: Display>(name: &str, fields: &[T]) -> String {
         .iter()
         .map(|field| format!("    {field}: f32,\n"))
         .collect();
-    format!("struct {name} {{\n{}}}\n", fields.concat())
+    format!("\nstruct {name} {{\n{}}}\n", fields.concat())
 }
 
 /// The structs `Stride` and `Leap`.
 fn stride_text() -> String {
     format!(
-        "{}\n// Integrator and spool, and above zero: what is left to do.\n{}\n",
+        "{}\n// Integrator and spool, and above zero: what is left to do.{}",
         struct_text("Stride", &Stride::<Traced>::NAMES),
         struct_text("Leap", &LEAP)
     )
 }
 
-/// The struct `State` and the functions that know its fields.
-fn state_text(names: &[String]) -> String {
-    let mut text = struct_text("State", names);
-    let count = names.len();
-    let loads: Vec<String> = (0..count)
-        .map(|i| format!("states[at + {i}u * stride]"))
+/// The functions that bring a struct from the buffer `name` and back, where its fields are `stride` numbers apart.
+fn buffer_text<T: Display>(name: &str, kind: &str, fields: &[T]) -> String {
+    let place = |i| format!("{name}[at + {i}u * stride]");
+    let loads: Vec<String> = (0..fields.len()).map(place).collect();
+    let stores = fields.iter().enumerate();
+    let stores: Vec<String> = stores
+        .map(|(i, field)| format!("    {} = value.{field};\n", place(i)))
         .collect();
-    let tests: Vec<String> = names
+    format!(
+        "\nfn load_{name}(at: u32, stride: u32) -> {kind} {{\n    return {kind}({});\n}}\n\n\
+         fn store_{name}(at: u32, stride: u32, value: {kind}) {{\n{}}}\n",
+        loads.join(", "),
+        stores.concat()
+    )
+}
+
+/// Whether a state has left the finite range.
+fn diverged_text(states: &[String]) -> String {
+    let tests: Vec<String> = states
         .iter()
         .map(|name| format!("!(abs(state.{name}) < STATE_LIMIT)"))
         .collect();
-    write!(
-        text,
-        "\nconst STATES: u32 = {count}u;\n\nfn load(at: u32, stride: u32) -> State {{\n    return State({});\n}}\n\n\
-         fn store(at: u32, stride: u32, state: State) {{\n",
-        loads.join(", ")
-    )
-    .expect("writing to a string");
-    for (i, name) in names.iter().enumerate() {
-        writeln!(text, "    states[at + {i}u * stride] = state.{name};")
-            .expect("writing to a string");
-    }
-    write!(
-        text,
-        "}}\n\nfn diverged(state: State) -> bool {{\n    return {};\n}}\n",
+    format!(
+        "\nfn diverged(state: State) -> bool {{\n    return {};\n}}\n",
         tests.join(" || ")
     )
-    .expect("writing to a string");
-    text
 }

@@ -28,9 +28,9 @@ pub(super) type Attempt<T> = Result<T, Fault>;
 
 /// What has gone wrong first.
 #[derive(Clone, Default)]
-struct Trouble(Arc<Mutex<Option<Fault>>>);
+struct FirstFault(Arc<Mutex<Option<Fault>>>);
 
-impl Trouble {
+impl FirstFault {
     fn note(&self, fault: Fault) {
         let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         first.get_or_insert(fault);
@@ -45,8 +45,7 @@ pub(super) struct Context {
     pub(super) queue: wgpu::Queue,
     /// Length of a tick of its clock, s; none where it has no timestamp queries.
     pub(super) tick: Option<f64>,
-    /// What has gone wrong first.
-    trouble: Trouble,
+    fault: FirstFault,
 }
 
 impl Context {
@@ -69,10 +68,10 @@ impl Context {
                     "update its driver, or use --evaluator cpu",
                 )
             })?;
-        let trouble = Trouble::default();
-        let of_device = trouble.clone();
+        let fault = FirstFault::default();
+        let of_device = fault.clone();
         device.set_device_lost_callback(move |_, message| of_device.note(Fault::Lost(message)));
-        let of_calls = trouble.clone();
+        let of_calls = fault.clone();
         device.on_uncaptured_error(Arc::new(move |error| {
             of_calls.note(match error {
                 wgpu::Error::OutOfMemory { .. } => Fault::Full,
@@ -87,45 +86,37 @@ impl Context {
             device,
             queue,
             tick,
-            trouble,
+            fault,
         })
     }
 
     /// Has [`Self::check`] find that there is no memory left, as the driver would.
     pub(super) fn run_out_of_memory(&self) {
-        self.trouble.note(Fault::Full);
+        self.fault.note(Fault::Full);
     }
 
     /// # Errors
     /// What has gone wrong since this was asked last.
     pub(super) fn check(&self) -> Attempt<()> {
-        let mut trouble = self
-            .trouble
-            .0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        trouble.take().map_or(Ok(()), Err)
+        let mut fault = self.fault.0.lock().unwrap_or_else(PoisonError::into_inner);
+        fault.take().map_or(Ok(()), Err)
     }
 
     /// Waits until a submission is done.
     ///
     /// # Errors
-    /// If the device fails, or has not answered after `patience`.
-    pub(super) fn wait(
-        &self,
-        submission: wgpu::SubmissionIndex,
-        patience: Duration,
-    ) -> Attempt<()> {
+    /// If the device fails, or has not answered after `timeout`.
+    pub(super) fn wait(&self, submission: wgpu::SubmissionIndex, timeout: Duration) -> Attempt<()> {
         let wait = wgpu::PollType::Wait {
             submission_index: Some(submission),
-            timeout: Some(patience),
+            timeout: Some(timeout),
         };
         // wgpu panics where the driver loses the device under a wait.
         let polled = catch_unwind(AssertUnwindSafe(|| self.device.poll(wait)));
         self.check()?;
         match polled {
             Ok(Ok(_)) => Ok(()),
-            Ok(Err(wgpu::PollError::Timeout)) => Err(Fault::Hung(patience)),
+            Ok(Err(wgpu::PollError::Timeout)) => Err(Fault::Hung(timeout)),
             Ok(Err(error)) => Err(Fault::Lost(error.to_string())),
             Err(_) => Err(Fault::Lost("the driver has lost the device".into())),
         }
@@ -159,4 +150,9 @@ impl Context {
             mapped_at_creation: false,
         })
     }
+}
+
+/// A driver's message without its line breaks.
+pub(super) fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

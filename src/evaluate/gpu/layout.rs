@@ -1,7 +1,31 @@
-//! The shader's structs, field by field; a test holds their offsets against naga's.
+//! The shader's structs, field by field, and its bindings; a test holds the offsets of the fields against naga's.
 
-use crate::model::{Input, Output};
+use crate::evaluate::physics::INPUTS;
+use crate::model::Output;
 use bytemuck::{Pod, Zeroable};
+
+/// The numbers of the shader's bindings.
+pub(super) mod binding {
+    pub(crate) const WORK: u32 = 0;
+    pub(crate) const CANDIDATES: u32 = 1;
+    pub(crate) const CONSTANTS: u32 = 2;
+    pub(crate) const SAMPLES: u32 = 3;
+    pub(crate) const SERIES: u32 = 4;
+    pub(crate) const STATES: u32 = 5;
+    pub(crate) const RESULTS: u32 = 6;
+    pub(crate) const STATUS: u32 = 7;
+    pub(crate) const TONES: u32 = 8;
+    pub(crate) const WAVE: u32 = 9;
+
+    /// The storage buffers of `evaluate_series`.
+    pub(crate) const OF_SERIES: [u32; 7] = [
+        CANDIDATES, CONSTANTS, SAMPLES, SERIES, STATES, RESULTS, STATUS,
+    ];
+    /// The storage buffers of `evaluate_tones`.
+    pub(crate) const OF_TONES: [u32; 6] = [CANDIDATES, CONSTANTS, RESULTS, STATUS, TONES, WAVE];
+    /// Those that the shader writes.
+    pub(crate) const WRITTEN: [u32; 3] = [STATES, RESULTS, STATUS];
+}
 
 /// `Work` of the shader.
 #[repr(C)]
@@ -21,7 +45,7 @@ pub struct Work {
     pub end: u32,
 }
 
-/// `Sample` of the shader, with its `Input`.
+/// `Sample` of the shader, with its `Input` and `Measured`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 pub struct Sample {
@@ -37,12 +61,12 @@ pub struct Sample {
     pub pieces: u32,
     /// Weight of the row's squared errors.
     pub weight: f32,
-    /// Command, supply, tank, A, B, temperature and time.
-    pub input: [f32; Input::<f64>::COUNT],
+    /// What drives the model, in the order of [`INPUTS`].
+    pub input: [f32; INPUTS.len()],
     /// What `f32` leaves of the time.
     pub time_rest: f32,
-    /// Measured spool, flow and position.
-    pub target: [f32; Output::COUNT],
+    /// The measured outputs, in the order of [`Output::ALL`].
+    pub measured: [f32; Output::COUNT],
 }
 
 /// `Series` of the shader.
@@ -77,6 +101,6 @@ pub struct Tone {
 
 // The sizes that the shader's arrays step by.
 const _: () = assert!(size_of::<Work>() == 24);
-const _: () = assert!(size_of::<Sample>() == 68);
+const _: () = assert!(size_of::<Sample>() == 4 * (7 + INPUTS.len() + Output::ALL.len()));
 const _: () = assert!(size_of::<Series>() == 12);
 const _: () = assert!(size_of::<Tone>() == 24);

@@ -1,11 +1,12 @@
 //! What an adapter has to allow.
 
+use super::layout::binding;
 use crate::evaluate::wgsl;
 
-/// Bindings of storage buffers that the shader has at most, as `pipeline` lists them.
-const STORAGE_BUFFERS: u32 = 6;
+/// Storage buffers that an entry point of the shader has at most.
+const STORAGE_BUFFERS: u32 = binding::OF_SERIES.len() as u32;
 /// One more than the highest number of a binding.
-const BINDINGS: u32 = 9;
+const BINDINGS: u32 = binding::WAVE + 1;
 /// Largest number of workgroups in one dimension of a dispatch, as WebGPU guarantees it.
 pub(super) const MOST_WORKGROUPS: u32 = 65_535;
 /// The smallest buffer that is of use, bytes.
@@ -100,7 +101,7 @@ mod tests {
         let missing_there = missing(&Limits::downlevel_defaults());
         assert_eq!(
             missing_there,
-            ["4 storage buffers per shader stage instead of 6"]
+            ["4 storage buffers per shader stage instead of 7"]
         );
         let none = missing(&Limits::downlevel_webgl2_defaults()).join(", ");
         for what in [
@@ -117,8 +118,8 @@ mod tests {
     fn each_limit_that_is_too_low_is_found() {
         type Lower = fn(&mut Limits);
         let lower: [(&str, Lower); 7] = [
-            ("5 storage buffers", |l| {
-                l.max_storage_buffers_per_shader_stage = 5;
+            ("6 storage buffers", |l| {
+                l.max_storage_buffers_per_shader_stage = 6;
             }),
             ("0 uniform buffers per", |l| {
                 l.max_uniform_buffers_per_shader_stage = 0;
@@ -126,7 +127,7 @@ mod tests {
             ("0 dynamic uniform buffers", |l| {
                 l.max_dynamic_uniform_buffers_per_pipeline_layout = 0;
             }),
-            ("8 bindings", |l| l.max_bindings_per_bind_group = 8),
+            ("9 bindings", |l| l.max_bindings_per_bind_group = 9),
             ("65534 workgroups", |l| {
                 l.max_compute_workgroups_per_dimension = 65_534;
             }),

@@ -1,7 +1,6 @@
 //! How often an invocation goes round its loops, which one driver limits.
 
-use crate::evaluate::Problem;
-use crate::evaluate::problem::{Data, SAMPLES_PER_PERIOD, Sample, Series, Tone};
+use crate::evaluate::problem::{Data, Problem, SAMPLES_PER_PERIOD, Sample, Series, Tone};
 use crate::evaluate::simulate::CHUNK;
 use crate::model::leap::MOST_PARTS;
 use crate::{Error, Result};

@@ -1,18 +1,11 @@
 //! Compiling a composed shader.
 
+use super::configuration::Checks;
+use super::layout::binding;
 use super::pace::Pace;
 use crate::audited::unchecked_shader;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
-
-/// Whether the driver's checks guard the shader's loops and indices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Checks {
-    /// Loops are bounded and indices clamped: for tests.
-    On,
-    /// As the composed shader stands: for speed. Every index in it is below its buffer's length by construction.
-    Off,
-}
 
 /// A compiled entry point, the layout of its bindings, and how fast it runs.
 pub(super) struct Pipeline {
@@ -36,7 +29,7 @@ impl Pipeline {
         }
     }
 
-    /// Compiles `entry` of `source`, which uses binding 0 and `bindings`.
+    /// Compiles `entry` of `source`, which uses [`binding::WORK`] and the storage buffers `bindings`.
     ///
     /// # Errors
     /// If the shader is refused, or compiling it panics: what the driver says.
@@ -88,16 +81,17 @@ impl Pipeline {
             visibility: wgpu::ShaderStages::COMPUTE,
             ty: wgpu::BindingType::Buffer {
                 ty: match binding {
-                    0 => wgpu::BufferBindingType::Uniform,
-                    5 | 6 => wgpu::BufferBindingType::Storage { read_only: false },
-                    _ => wgpu::BufferBindingType::Storage { read_only: true },
+                    binding::WORK => wgpu::BufferBindingType::Uniform,
+                    _ => wgpu::BufferBindingType::Storage {
+                        read_only: !binding::WRITTEN.contains(&binding),
+                    },
                 },
-                has_dynamic_offset: binding == 0,
+                has_dynamic_offset: binding == binding::WORK,
                 min_binding_size: None,
             },
             count: None,
         };
-        let entries: Vec<_> = std::iter::once(&0)
+        let entries: Vec<_> = std::iter::once(&binding::WORK)
             .chain(bindings)
             .map(|&binding| layout_entry(binding))
             .collect();

@@ -2,15 +2,16 @@
 
 use super::context::Context;
 use super::layout;
-use crate::evaluate::problem::{Data, SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
+use crate::evaluate::identity::DataIdentity;
+use crate::evaluate::problem::{Data, Problem, SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::evaluate::simulate::{CHUNK, SLICE};
 use crate::{Error, Result};
 use std::ops::Range;
-use std::sync::{Arc, Weak};
+use std::sync::Arc;
 
 /// Bytes of a window of rows at most, where records do not fit into one buffer.
 const WINDOW: u64 = 64 << 20;
-/// Bytes of data that stay on the device for the next call, and from how many records or tones at most.
+/// How much data stays on the device for the next call: bytes, and data of how many problems, at most.
 const KEPT: (u64, usize) = (256 << 20, 64);
 
 /// Data on the device.
@@ -40,14 +41,36 @@ pub(super) struct Rows {
     pub(super) series: wgpu::Buffer,
 }
 
-/// How many records or tones there are, and how many sums of slices a candidate has.
-pub(super) fn items_and_slots(data: &Data) -> [u32; 2] {
-    match data {
-        Data::Series(all) => {
-            let slices = |one: &Series| one.samples.len().div_ceil(SLICE) as u32;
-            [all.len() as u32, all.iter().map(slices).sum()]
+/// What one candidate writes.
+pub(super) struct Written {
+    /// Records or tones; each has a status.
+    pub(super) items: u32,
+    /// Numbers of states that are kept between dispatches.
+    pub(super) states: u64,
+    /// Numbers of its results.
+    pub(super) results: u64,
+}
+
+impl Written {
+    /// What a candidate of `problem` writes.
+    pub(super) fn of(problem: &Problem) -> Self {
+        let structure = &problem.structure;
+        match &*problem.data {
+            Data::Series(all) => {
+                let slices = |one: &Series| one.samples.len().div_ceil(SLICE);
+                let slices = all.iter().map(slices).sum::<usize>();
+                Self {
+                    items: all.len() as u32,
+                    states: (all.len() * structure.states().len().max(1)) as u64,
+                    results: (slices * structure.observed.len()) as u64,
+                }
+            }
+            Data::Tones(tones) => Self {
+                items: tones.len() as u32,
+                states: 1,
+                results: 2 * tones.len() as u64,
+            },
         }
-        Data::Tones(tones) => [tones.len() as u32; 2],
     }
 }
 
@@ -162,7 +185,7 @@ fn row(sample: &Sample) -> layout::Sample {
         weight: sample.weight as f32,
         input: sample.input.numbers().map(|value| value as f32),
         time_rest: (sample.input.time - f64::from(sample.input.time as f32)) as f32,
-        target: sample.target.0.map(|value| value as f32),
+        measured: sample.target.0.map(|value| value as f32),
     }
 }
 
@@ -188,32 +211,31 @@ fn tones_on(context: &Context, tones: &[Tone]) -> Resident {
     }
 }
 
-/// The data that is on the device, the last used last.
+/// The data that are on the device, the last used last.
 #[derive(Default)]
-pub(super) struct Residents {
-    known: Vec<(Weak<Data>, Arc<Resident>)>,
+pub(super) struct ResidentData {
+    known: Vec<(DataIdentity, Arc<Resident>)>,
 }
 
-impl Residents {
+impl ResidentData {
     /// `data` on the device: uploaded now and its bytes added to `uploaded`, unless it is there already.
     ///
     /// # Errors
     /// If it does not fit.
-    pub(super) fn bring(
+    pub(super) fn upload(
         &mut self,
         context: &Context,
         data: &Arc<Data>,
         largest: u64,
         uploaded: &mut u64,
     ) -> Result<Arc<Resident>> {
-        // An address stays taken as long as a weak pointer knows it.
-        let same = |(known, _): &(Weak<Data>, _)| known.as_ptr() == Arc::as_ptr(data);
-        let entry = match self.known.iter().position(same) {
+        let identity = DataIdentity::of(data);
+        let entry = match self.known.iter().position(|(known, _)| *known == identity) {
             Some(at) => self.known.remove(at),
             None => {
                 let resident = Resident::new(context, data, largest)?;
                 *uploaded += resident.bytes();
-                (Arc::downgrade(data), Arc::new(resident))
+                (identity, Arc::new(resident))
             }
         };
         let resident = entry.1.clone();
@@ -223,7 +245,7 @@ impl Residents {
 
     /// Forgets what nobody can ask for any more, and what was used longest ago where there is too much.
     pub(super) fn trim(&mut self) {
-        self.known.retain(|(data, _)| data.strong_count() > 0);
+        self.known.retain(|(data, _)| data.is_alive());
         let (most, count) = KEPT;
         let mut bytes = 0;
         let keep = self

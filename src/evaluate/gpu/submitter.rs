@@ -1,29 +1,29 @@
 //! Submissions that are short enough for a desktop's driver, a few of them in flight.
 
-use super::Timings;
 use super::clock::Clock;
+use super::configuration::Configuration;
 use super::context::{Attempt, Context, Fault};
-use super::layout;
+use super::fault_injection::{FaultInjection, InjectedFault};
+use super::layout::{self, binding};
 use super::limits::MOST_WORKGROUPS;
-use super::mishap::{Mishap, Mishaps};
 use super::pipeline::Pipeline;
-use super::station::Manner;
+use super::timings::Timings;
 use crate::evaluate::simulate::{CHUNK, SLICE};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Submissions in flight, so that the device need not wait for the host.
-const IN_FLIGHT: usize = 3;
+/// Submissions in flight at most: enough for the device not to wait for the host.
+const MOST_IN_FLIGHT: usize = 3;
 /// Dispatches in a submission at most.
 const MOST_PENDING: usize = 256;
-/// Candidates that a dispatch is not cut below: a GPU would not be faster with fewer.
-const FEW: u32 = 256;
+/// A dispatch is not cut into fewer candidates than this: a GPU would not be faster with fewer.
+const LEAST_CANDIDATES: u32 = 256;
 /// The shortest time that is believed, s: a clock may be coarser than a short submission.
 const SHORTEST: f64 = 1e-6;
 
-/// What submissions need and hand back when they are done.
-pub(super) struct Equipment {
+/// What every submission uses in turn.
+pub(super) struct Resources {
     /// The `Work` of every dispatch of a submission.
     work: wgpu::Buffer,
     /// Bytes from one `Work` to the next.
@@ -31,7 +31,7 @@ pub(super) struct Equipment {
     clocks: Vec<Clock>,
 }
 
-impl Equipment {
+impl Resources {
     pub(super) fn new(context: &Context) -> Self {
         let align = context.device.limits().min_uniform_buffer_offset_alignment;
         let pitch = (size_of::<layout::Work>() as u32).next_multiple_of(align);
@@ -76,25 +76,25 @@ struct Expected {
     seconds: f64,
 }
 
-struct Flight {
-    submission: wgpu::SubmissionIndex,
+struct InFlight {
+    index: wgpu::SubmissionIndex,
     submitted: Instant,
     expected: Vec<Expected>,
     clock: Option<Clock>,
 }
 
-/// Collects dispatches until they would take longer than `budget`, and submits them.
+/// Collects dispatches until they would take longer than a submission may, and submits them.
 pub(super) struct Submitter<'a> {
     context: &'a Context,
-    equipment: &'a mut Equipment,
-    mishaps: &'a mut Mishaps,
+    resources: &'a mut Resources,
+    injection: &'a mut FaultInjection,
     /// Seconds of submissions, how many, and the longest.
     kernel: f64,
     submissions: u32,
     longest: f64,
-    manner: Manner,
+    configuration: Configuration,
     pending: Vec<(Dispatch, Expected)>,
-    flying: VecDeque<Flight>,
+    in_flight: VecDeque<InFlight>,
     /// When the last submission was seen to be done.
     done: Instant,
 }
@@ -102,20 +102,20 @@ pub(super) struct Submitter<'a> {
 impl<'a> Submitter<'a> {
     pub(super) fn new(
         context: &'a Context,
-        equipment: &'a mut Equipment,
-        mishaps: &'a mut Mishaps,
-        manner: Manner,
+        resources: &'a mut Resources,
+        injection: &'a mut FaultInjection,
+        configuration: Configuration,
     ) -> Self {
         Self {
             context,
-            equipment,
-            mishaps,
+            resources,
+            injection,
             kernel: 0.0,
             submissions: 0,
             longest: 0.0,
-            manner,
+            configuration,
             pending: Vec::new(),
-            flying: VecDeque::new(),
+            in_flight: VecDeque::new(),
             done: Instant::now(),
         }
     }
@@ -126,7 +126,7 @@ impl<'a> Submitter<'a> {
         pipeline: &Pipeline,
         bound: Vec<(u32, wgpu::BindingResource<'_>)>,
     ) -> wgpu::BindGroup {
-        let work = [(0, self.equipment.work())];
+        let work = [(binding::WORK, self.resources.work())];
         let entries: Vec<wgpu::BindGroupEntry> = work
             .into_iter()
             .chain(bound)
@@ -144,7 +144,7 @@ impl<'a> Submitter<'a> {
     /// What is left of the pending submission, s.
     fn room(&self) -> f64 {
         let expected: f64 = self.pending.iter().map(|(_, one)| one.seconds).sum();
-        self.manner.budget - expected
+        self.configuration.submission - expected
     }
 
     /// Where the rows end that fit into the pending submission: whole chunks from row `begin`, at least one, none of
@@ -193,10 +193,11 @@ impl<'a> Submitter<'a> {
             self.flush()?;
         }
         let share = (self.room() / seconds()).min(1.0);
-        let few = (f64::from(left) * share) as u32 / self.manner.workgroup * self.manner.workgroup;
-        let most = (MOST_WORKGROUPS * self.manner.workgroup).min(left);
+        let few = (f64::from(left) * share) as u32 / self.configuration.workgroup
+            * self.configuration.workgroup;
+        let most = (MOST_WORKGROUPS * self.configuration.workgroup).min(left);
         Ok(if share < 1.0 {
-            few.max(FEW).min(most)
+            few.max(LEAST_CANDIDATES).min(most)
         } else {
             most
         })
@@ -227,25 +228,25 @@ impl<'a> Submitter<'a> {
         if self.pending.is_empty() {
             return Ok(());
         }
-        while self.flying.len() >= IN_FLIGHT {
-            self.land()?;
+        while self.in_flight.len() >= MOST_IN_FLIGHT {
+            self.wait_for_oldest()?;
         }
-        if self.mishaps.strikes(Mishap::Lost) {
+        if self.injection.occurs(InjectedFault::Lost) {
             self.context.device.destroy();
         }
         let device = &self.context.device;
         let clock = self.context.tick.map(|_| {
-            let known = self.equipment.clocks.pop();
+            let known = self.resources.clocks.pop();
             known.unwrap_or_else(|| Clock::new(self.context))
         });
-        let pitch = self.equipment.pitch as usize;
+        let pitch = self.resources.pitch as usize;
         let mut work = vec![0u8; pitch * self.pending.len()];
         for (entry, (dispatch, _)) in work.chunks_exact_mut(pitch).zip(&self.pending) {
             let bytes = bytemuck::bytes_of(&dispatch.work);
             entry[..bytes.len()].copy_from_slice(bytes);
         }
         let queue = &self.context.queue;
-        queue.write_buffer(&self.equipment.work, 0, &work);
+        queue.write_buffer(&self.resources.work, 0, &work);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -253,21 +254,21 @@ impl<'a> Submitter<'a> {
                 timestamp_writes: clock.as_ref().map(Clock::writes),
             });
             for (number, (dispatch, _)) in (0..).zip(&self.pending) {
-                let groups = dispatch.candidates().div_ceil(self.manner.workgroup);
+                let groups = dispatch.candidates().div_ceil(self.configuration.workgroup);
                 pass.set_pipeline(&dispatch.pipeline.pipeline);
-                pass.set_bind_group(0, &dispatch.group, &[number * self.equipment.pitch]);
+                pass.set_bind_group(0, &dispatch.group, &[number * self.resources.pitch]);
                 pass.dispatch_workgroups(groups, dispatch.work.items, 1);
             }
         }
         if let Some(clock) = &clock {
             clock.resolve(&mut encoder);
         }
-        let submission = queue.submit([encoder.finish()]);
+        let index = queue.submit([encoder.finish()]);
         if let Some(clock) = &clock {
             clock.ask();
         }
-        self.flying.push_back(Flight {
-            submission,
+        self.in_flight.push_back(InFlight {
+            index,
             submitted: Instant::now(),
             expected: self.pending.drain(..).map(|(_, one)| one).collect(),
             clock,
@@ -278,8 +279,8 @@ impl<'a> Submitter<'a> {
     /// Submits what is pending, waits for everything, and adds up how long it took.
     pub(super) fn finish(mut self, timings: &mut Timings) -> Attempt<()> {
         self.flush()?;
-        while !self.flying.is_empty() {
-            self.land()?;
+        while !self.in_flight.is_empty() {
+            self.wait_for_oldest()?;
         }
         timings.kernel += self.kernel;
         timings.submissions += self.submissions;
@@ -288,21 +289,22 @@ impl<'a> Submitter<'a> {
     }
 
     /// Waits for the oldest submission and learns from how long it took.
-    fn land(&mut self) -> Attempt<()> {
-        let Some(flight) = self.flying.pop_front() else {
+    fn wait_for_oldest(&mut self) -> Attempt<()> {
+        let Some(oldest) = self.in_flight.pop_front() else {
             return Ok(());
         };
-        if self.mishaps.strikes(Mishap::Hang) {
-            return Err(Fault::Hung(self.manner.patience));
+        if self.injection.occurs(InjectedFault::Hang) {
+            return Err(Fault::Hung(self.configuration.timeout));
         }
-        self.context.wait(flight.submission, self.manner.patience)?;
+        self.context
+            .wait(oldest.index, self.configuration.timeout)?;
         let now = Instant::now();
-        let began = flight.submitted.max(self.done);
+        let began = oldest.submitted.max(self.done);
         self.done = now;
-        let seconds = match (flight.clock, self.context.tick) {
+        let seconds = match (oldest.clock, self.context.tick) {
             (Some(clock), Some(tick)) => {
                 let ticks = clock.ticks(self.context)?;
-                self.equipment.clocks.push(clock);
+                self.resources.clocks.push(clock);
                 ticks as f64 * tick
             }
             _ => (now - began).as_secs_f64(),
@@ -310,9 +312,9 @@ impl<'a> Submitter<'a> {
         self.kernel += seconds;
         self.submissions += 1;
         self.longest = self.longest.max(seconds);
-        let expected: f64 = flight.expected.iter().map(|one| one.seconds).sum();
+        let expected: f64 = oldest.expected.iter().map(|one| one.seconds).sum();
         let ratio = seconds.max(SHORTEST) / expected;
-        for one in flight.expected {
+        for one in oldest.expected {
             one.pipeline
                 .learn(one.width, one.steps, one.seconds * ratio);
         }

@@ -1,46 +1,51 @@
-//! A part of a population on the device: its buffers, its dispatches, and its costs from its results.
+//! A portion of a batch on the device: its buffers, its dispatches, and its costs from its results.
 
+use super::batching::Portion;
 use super::context::{Attempt, Context};
-use super::layout;
+use super::layout::{self, binding};
 use super::loops::Loops;
 use super::pipeline::Pipeline;
 use super::pool::Pool;
 use super::resident::{Records, Resident, Rows, rows_of};
 use super::submitter::{Dispatch, Submitter};
-use super::wave::Part;
-use crate::evaluate::Cost;
+use crate::evaluate::population::{Cost, Status};
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::simulate::CHUNK;
 use crate::model::Outputs;
+use std::iter;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Numbers in the buffer of values: the first byte and how many.
-pub(super) type Place = (u64, u64);
+/// Bytes in the buffer of values: the first and how many.
+pub(super) type ByteRange = (u64, u64);
 
-/// A part whose buffers are ready.
-pub(super) struct Ready<'a> {
-    pub(super) part: &'a Part<'a>,
+/// A portion of a batch whose buffers are on the device.
+pub(super) struct Prepared<'a> {
+    pub(super) portion: &'a Portion<'a>,
     /// Records or tones.
     pub(super) items: u32,
     /// Where dispatches have to end, with a driver that limits loops.
     pub(super) loops: Option<Loops>,
     pub(super) pipeline: Arc<Pipeline>,
     pub(super) resident: Arc<Resident>,
-    pub(super) candidates: Place,
-    pub(super) constants: Place,
+    pub(super) candidates: ByteRange,
+    pub(super) constants: ByteRange,
     pub(super) states: wgpu::Buffer,
-    pub(super) results: wgpu::Buffer,
-    /// Where its results are in the readback.
-    pub(super) begin: u64,
-    /// Bytes of its results.
-    pub(super) bytes: u64,
+    pub(super) results: ReadBack,
+    pub(super) status: ReadBack,
 }
 
-impl Ready<'_> {
+/// A buffer that is read back.
+pub(super) struct ReadBack {
+    pub(super) buffer: wgpu::Buffer,
+    /// Which bytes of the readback are its.
+    pub(super) range: Range<usize>,
+}
+
+impl Prepared<'_> {
     fn count(&self) -> u32 {
-        self.part.range.len() as u32
+        self.portion.range.len() as u32
     }
 
     /// Hands all its work to `submitter`. Returns the seconds in which the host has written rows.
@@ -54,7 +59,7 @@ impl Ready<'_> {
         values: &wgpu::Buffer,
         windows: &mut Pool,
     ) -> Attempt<f64> {
-        match (&*self.resident, &*self.part.job.problem.data) {
+        match (&*self.resident, &*self.portion.job.problem.data) {
             (Resident::Series(records), Data::Series(all)) => match &records.whole {
                 Some(rows) => {
                     self.integrate(submitter, values, records, rows, 0..records.longest)?;
@@ -63,8 +68,9 @@ impl Ready<'_> {
                 None => self.stream(context, submitter, values, windows, records, all),
             },
             (Resident::Tones { tones, wave }, Data::Tones(_)) => {
-                let group = self.group(submitter, values, &[(7, tones), (8, wave)]);
-                self.sweep(submitter, &group, 0..0, self.part.job.problem.steps())?;
+                let data = [(binding::TONES, tones), (binding::WAVE, wave)];
+                let group = self.group(submitter, values, &data);
+                self.sweep(submitter, &group, 0..0, self.portion.job.problem.steps())?;
                 Ok(0.0)
             }
             _ => unreachable!("data on the device are of the problem's kind"),
@@ -115,7 +121,11 @@ impl Ready<'_> {
         rows: &Rows,
         range: Range<u32>,
     ) -> Attempt<()> {
-        let data = [(3, &rows.samples), (4, &rows.series), (5, &self.states)];
+        let data = [
+            (binding::SAMPLES, &rows.samples),
+            (binding::SERIES, &rows.series),
+            (binding::STATES, &self.states),
+        ];
         let group = self.group(submitter, values, &data);
         let steps = &records.steps;
         let sizes = [self.count(), self.items];
@@ -170,7 +180,7 @@ impl Ready<'_> {
         values: &wgpu::Buffer,
         data: &[(u32, &wgpu::Buffer)],
     ) -> wgpu::BindGroup {
-        let part = |(offset, size): Place| {
+        let values_of = |(offset, size): ByteRange| {
             wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                 buffer: values,
                 offset,
@@ -178,36 +188,40 @@ impl Ready<'_> {
             })
         };
         let mut bound = vec![
-            (1, part(self.candidates)),
-            (2, part(self.constants)),
-            (6, self.results.as_entire_binding()),
+            (binding::CANDIDATES, values_of(self.candidates)),
+            (binding::CONSTANTS, values_of(self.constants)),
+            (binding::RESULTS, self.results.buffer.as_entire_binding()),
+            (binding::STATUS, self.status.buffer.as_entire_binding()),
         ];
         let data = data.iter();
         bound.extend(data.map(|&(binding, buffer)| (binding, buffer.as_entire_binding())));
         submitter.group(&self.pipeline, bound)
     }
 
-    /// The costs, from the results of all candidates.
-    pub(super) fn costs(&self, results: &[[f32; 4]]) -> Vec<Cost> {
-        let problem = self.part.job.problem;
-        let count = self.part.range.len();
+    /// The costs, from what was read back.
+    pub(super) fn costs(&self, bytes: &[u8]) -> Vec<Cost> {
+        let problem = self.portion.job.problem;
+        let count = self.portion.range.len();
+        let results: &[f32] = bytemuck::cast_slice(&bytes[self.results.range.clone()]);
+        let status: &[u32] = bytemuck::cast_slice(&bytes[self.status.range.clone()]);
         let cost = |candidate: usize| {
-            let sums = || results[candidate..].iter().step_by(count);
-            if sums().any(|sum| sum[3] != 0.0) {
+            let mut status = status[candidate..].iter().step_by(count);
+            if status.any(|&status| status != Status::Finished as u32) {
                 return Cost::DIVERGED;
             }
+            let results = results[candidate..].iter().step_by(count);
+            let mut results = results.map(|&result| f64::from(result));
             Cost::finished(match &*problem.data {
                 Data::Series(_) => {
+                    let outputs = problem.structure.observed.iter().cycle();
                     let mut squares = Outputs::all(0.0);
-                    for slice in sums() {
-                        for (square, &sum) in squares.0.iter_mut().zip(slice) {
-                            *square += f64::from(sum);
-                        }
+                    for (&output, sum) in outputs.zip(results) {
+                        squares[output] += sum;
                     }
                     problem.cost_of_squares(squares)
                 }
                 Data::Tones(tones) => {
-                    let responses = sums().map(|&[re, im, ..]| [re.into(), im.into()]);
+                    let responses = iter::from_fn(|| Some([results.next()?, results.next()?]));
                     problem.cost_of_responses(tones, responses)
                 }
             })

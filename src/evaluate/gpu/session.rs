@@ -1,66 +1,51 @@
 //! A device with everything that is lost with it: pipelines, data and buffers.
 
-use super::context::{Attempt, Context, Fault};
+use super::batching::Portion;
+use super::configuration::{Checks, Configuration};
+use super::context::{Attempt, Context, Fault, one_line};
+use super::fault_injection::{FaultInjection, InjectedFault};
+use super::layout::binding;
 use super::loops::Loops;
-use super::mishap::{Mishap, Mishaps};
 use super::pipeline::Pipeline;
 use super::pool::Pool;
-use super::ready::{Place, Ready};
-use super::resident::{Records, Resident, Residents, bytes, items_and_slots};
-use super::submitter::{Equipment, Submitter};
-use super::wave::Part;
-use super::{Checks, Timings, one_line};
-use crate::evaluate::problem::Data;
-use crate::evaluate::{Cost, Problem};
+use super::prepared::{ByteRange, Prepared, ReadBack};
+use super::resident::{Records, Resident, ResidentData, Written, bytes};
+use super::submitter::{Resources, Submitter};
+use super::timings::Timings;
+use crate::evaluate::population::Cost;
+use crate::evaluate::problem::{Data, Problem};
 use crate::{Error, Result};
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use wgpu::BufferUsages as Usage;
 
-/// How work is done.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Manner {
-    pub(super) checks: Checks,
-    /// Invocations in a workgroup.
-    pub(super) workgroup: u32,
-    /// Largest storage buffer and binding, bytes.
-    pub(super) largest: u64,
-    /// Whether the driver limits loops.
-    pub(super) limited_loops: bool,
-    /// Results, states and data of a wave, about, bytes.
-    pub(super) wave: u64,
-    /// How long a submission may take, s.
-    pub(super) budget: f64,
-    /// How long it may take before the device counts as hung.
-    pub(super) patience: Duration,
-}
-
-/// A device in use.
-pub(super) struct Station {
+/// A device with everything that is lost with it.
+pub(super) struct Session {
     context: Context,
     pipelines: HashMap<String, Arc<Pipeline>>,
-    residents: Residents,
-    equipment: Equipment,
+    resident: ResidentData,
+    resources: Resources,
     values: Pool,
     states: Pool,
-    results: Pool,
+    /// Results and status.
+    outputs: Pool,
     readback: Pool,
     windows: Pool,
 }
 
-impl Station {
+impl Session {
     /// # Errors
     /// If the adapter gives no device.
     pub(super) fn open(adapter: &wgpu::Adapter) -> Result<Self> {
         let context = Context::open(adapter)?;
         Ok(Self {
             pipelines: HashMap::new(),
-            residents: Residents::default(),
-            equipment: Equipment::new(&context),
+            resident: ResidentData::default(),
+            resources: Resources::new(&context),
             values: Pool::new("values", Usage::STORAGE | Usage::COPY_DST),
             states: Pool::new("states", Usage::STORAGE),
-            results: Pool::new("results", Usage::STORAGE | Usage::COPY_SRC),
+            outputs: Pool::new("outputs", Usage::STORAGE | Usage::COPY_SRC),
             readback: Pool::new("readback", Usage::MAP_READ | Usage::COPY_DST),
             windows: Pool::new("window", Usage::STORAGE | Usage::COPY_DST),
             context,
@@ -74,29 +59,35 @@ impl Station {
 
     /// Forgets the data that are on the device.
     pub(super) fn forget_data(&mut self) {
-        self.residents = Residents::default();
+        self.resident = ResidentData::default();
     }
 
-    /// Evaluates parts that fit on the device together. All is submitted before its results are waited for.
+    /// Evaluates a batch. Everything is submitted before the results are waited for.
     ///
     /// # Errors
     /// If the shader is refused, the data do not fit, or the device fails.
     pub(super) fn run(
         &mut self,
-        parts: &[Part],
-        manner: Manner,
-        mishaps: &mut Mishaps,
+        batch: &[Portion],
+        configuration: Configuration,
+        injection: &mut FaultInjection,
         timings: &mut Timings,
     ) -> Attempt<Vec<Vec<Cost>>> {
         let mut values = Vec::new();
-        let mut begin = 0;
-        let mut all = Vec::with_capacity(parts.len());
-        for part in parts {
-            let ready = self.prepare(part, manner, &mut values, begin, mishaps, timings)?;
-            begin += ready.bytes;
-            all.push(ready);
+        let mut size = 0;
+        let mut all = Vec::with_capacity(batch.len());
+        for portion in batch {
+            all.push(self.prepare(
+                portion,
+                configuration,
+                &mut values,
+                &mut size,
+                injection,
+                timings,
+            )?);
         }
-        if mishaps.strikes(Mishap::OutOfMemory) {
+        let size = size as u64;
+        if injection.occurs(InjectedFault::OutOfMemory) {
             self.context.run_out_of_memory();
         }
         self.context.check()?;
@@ -108,19 +99,24 @@ impl Station {
             .write_buffer(&buffer, 0, bytemuck::cast_slice(&values));
         timings.upload += start.elapsed().as_secs_f64();
 
-        let mut submitter = Submitter::new(&self.context, &mut self.equipment, mishaps, manner);
-        for ready in &all {
+        let mut submitter =
+            Submitter::new(&self.context, &mut self.resources, injection, configuration);
+        for prepared in &all {
             timings.upload +=
-                ready.submit(&self.context, &mut submitter, &buffer, &mut self.windows)?;
+                prepared.submit(&self.context, &mut submitter, &buffer, &mut self.windows)?;
         }
         submitter.flush()?;
-        let readback = self.readback.take(&self.context, begin);
+        let readback = self.readback.take(&self.context, size);
         let mut encoder = self
             .context
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for ready in &all {
-            encoder.copy_buffer_to_buffer(&ready.results, 0, &readback, ready.begin, ready.bytes);
+        for ReadBack { buffer, range } in all
+            .iter()
+            .flat_map(|prepared| [&prepared.results, &prepared.status])
+        {
+            let [begin, size] = [range.start, range.len()].map(|bytes| bytes as u64);
+            encoder.copy_buffer_to_buffer(buffer, 0, &readback, begin, size);
         }
         let copied = self.context.queue.submit([encoder.finish()]);
         // Whether that failed shows when the results are read.
@@ -128,49 +124,44 @@ impl Station {
         submitter.finish(timings)?;
 
         let start = Instant::now();
-        self.context.wait(copied, manner.patience)?;
-        let view = self.context.mapped(&readback, begin)?;
-        let results: &[[f32; 4]] = bytemuck::cast_slice(&view);
-        let of_part = |ready: &Ready| {
-            let [from, to] =
-                [ready.begin, ready.begin + ready.bytes].map(|byte| byte as usize / 16);
-            ready.costs(&results[from..to])
-        };
-        let costs = all.iter().map(of_part).collect();
+        self.context.wait(copied, configuration.timeout)?;
+        let view = self.context.mapped(&readback, size)?;
+        let costs = all.iter().map(|prepared| prepared.costs(&view)).collect();
         drop(view);
         readback.unmap();
         timings.readback += start.elapsed().as_secs_f64();
 
         self.readback.give(readback);
         self.values.give(buffer);
-        for ready in all {
-            self.states.give(ready.states);
-            self.results.give(ready.results);
+        for prepared in all {
+            self.states.give(prepared.states);
+            self.outputs.give(prepared.results.buffer);
+            self.outputs.give(prepared.status.buffer);
         }
-        self.residents.trim();
+        self.resident.trim();
         Ok(costs)
     }
 
-    /// Brings a part to the device. Its numbers are added to `values`, its results are read from byte `begin`.
+    /// Brings a portion to the device. Its numbers are added to `values`, the bytes that are read back to `size`.
     fn prepare<'a>(
         &mut self,
-        part: &'a Part<'a>,
-        manner: Manner,
+        portion: &'a Portion<'a>,
+        configuration: Configuration,
         values: &mut Vec<f32>,
-        begin: u64,
-        mishaps: &mut Mishaps,
+        size: &mut usize,
+        injection: &mut FaultInjection,
         timings: &mut Timings,
-    ) -> Attempt<Ready<'a>> {
-        let (problem, population) = (part.job.problem, part.job.population);
+    ) -> Attempt<Prepared<'a>> {
+        let (problem, population) = (portion.job.problem, portion.job.population);
         let start = Instant::now();
-        let pipeline = self.pipeline(part.source, problem, manner.checks, mishaps)?;
+        let pipeline = self.pipeline(portion.source, problem, configuration.checks, injection)?;
         timings.compile += start.elapsed().as_secs_f64();
 
         let start = Instant::now();
-        let resident = self.residents.bring(
+        let resident = self.resident.upload(
             &self.context,
             &problem.data,
-            manner.largest,
+            configuration.largest_buffer,
             &mut timings.uploaded,
         )?;
         if let Resident::Series(Records { whole: None, .. }) = &*resident {
@@ -179,47 +170,54 @@ impl Station {
                     format!(
                         "a late command looks back at rows, so the records have to fit into one buffer of {} bytes, \
                          and do not",
-                        manner.largest
+                        configuration.largest_buffer
                     ),
                     "use --evaluator cpu",
                 )));
             }
-            // Every part streams all of it.
+            // Every portion streams all of it.
             timings.uploaded += bytes(&problem.data);
         }
         let parameters = 0..population.dimension();
-        let of_all = |j: usize| part.range.clone().map(move |i| population.candidate(i)[j]);
-        let candidates = self.place(values, parameters.flat_map(of_all));
+        let of_all = |j: usize| {
+            portion
+                .range
+                .clone()
+                .map(move |i| population.candidate(i)[j])
+        };
+        let candidates = self.append(values, parameters.flat_map(of_all));
         let fixed = problem.parameters.iter().filter(|p| p.fixed);
-        let constants = self.place(values, fixed.map(|p| p.start));
+        let constants = self.append(values, fixed.map(|p| p.start));
         timings.upload += start.elapsed().as_secs_f64();
 
-        let [items, slots] = items_and_slots(&problem.data);
-        let count = part.range.len() as u64;
-        let results = u64::from(slots) * count * 16;
-        let states = match &*problem.data {
-            Data::Series(_) => problem.structure.states().len().max(1),
-            Data::Tones(_) => 1,
+        let written = Written::of(problem);
+        let bytes_of = |numbers: u64| 4 * numbers * portion.range.len() as u64;
+        let mut read_back = |numbers: u64| {
+            let bytes = bytes_of(numbers);
+            let begin = *size;
+            *size += bytes as usize;
+            ReadBack {
+                buffer: self.outputs.take(&self.context, bytes),
+                range: begin..*size,
+            }
         };
-        let states = u64::from(items) * count * 4 * states as u64;
-        let loops = manner.limited_loops.then(|| Loops::of(problem));
-        Ok(Ready {
-            part,
-            items,
+        let loops = configuration.limited_loops.then(|| Loops::of(problem));
+        Ok(Prepared {
+            portion,
+            items: written.items,
             loops: loops.transpose()?,
             pipeline,
             resident,
             candidates,
             constants,
-            states: self.states.take(&self.context, states),
-            results: self.results.take(&self.context, results),
-            begin,
-            bytes: results,
+            results: read_back(written.results),
+            status: read_back(written.items.into()),
+            states: self.states.take(&self.context, bytes_of(written.states)),
         })
     }
 
     /// Adds numbers to `values` where a binding may begin; one at least, also where there are none.
-    fn place(&self, values: &mut Vec<f32>, numbers: impl Iterator<Item = f64>) -> Place {
+    fn append(&self, values: &mut Vec<f32>, numbers: impl Iterator<Item = f64>) -> ByteRange {
         let align = self
             .context
             .device
@@ -242,17 +240,17 @@ impl Station {
         source: &str,
         problem: &Problem,
         checks: Checks,
-        mishaps: &mut Mishaps,
+        injection: &mut FaultInjection,
     ) -> Result<Arc<Pipeline>> {
         let (entry, bindings): (_, &[u32]) = match &*problem.data {
-            Data::Series(_) => ("evaluate_series", &[1, 2, 3, 4, 5, 6]),
-            Data::Tones(_) => ("evaluate_tones", &[1, 2, 6, 7, 8]),
+            Data::Series(_) => ("evaluate_series", &binding::OF_SERIES),
+            Data::Tones(_) => ("evaluate_tones", &binding::OF_TONES),
         };
         let key = format!("{entry} {checks:?}\n{source}");
         if let Some(known) = self.pipelines.get(&key) {
             return Ok(known.clone());
         }
-        let source = match mishaps.strikes(Mishap::ShaderRefused) {
+        let source = match injection.occurs(InjectedFault::ShaderRefused) {
             true => "no shader",
             false => source,
         };

@@ -92,7 +92,7 @@ fn value(card: &Card, name: &str) -> f64 {
     let figure = card
         .figures
         .iter()
-        .find(|figure| figure.name == name)
+        .find(|figure| figure.quantity.to_string() == name)
         .unwrap();
     figure
         .value
@@ -189,7 +189,7 @@ fn the_flow_curve_shows_what_is_planted() {
     let leakage = plain
         .figures
         .iter()
-        .find(|figure| figure.name == "leakage")
+        .find(|figure| figure.quantity.to_string() == "leakage")
         .unwrap();
     assert_eq!(leakage.value, None, "nothing that leaks was fitted");
 
@@ -241,7 +241,7 @@ fn intervals_hold_what_they_promise() {
             let figure = card
                 .figures
                 .iter()
-                .find(|figure| figure.name == *name)
+                .find(|figure| figure.quantity.to_string() == *name)
                 .unwrap();
             let (low, high) = (figure.low.unwrap(), figure.high.unwrap());
             assert!(low < high, "{name}: {low} .. {high}");
@@ -255,7 +255,10 @@ fn intervals_hold_what_they_promise() {
 }
 
 fn figure<'c>(card: &'c Card, name: &str) -> &'c Figure {
-    card.figures.iter().find(|one| one.name == name).unwrap()
+    card.figures
+        .iter()
+        .find(|one| one.quantity.to_string() == name)
+        .unwrap()
 }
 
 #[test]
@@ -378,7 +381,7 @@ fn what_was_not_measured_has_no_value_but_a_reason() {
         let figure = card
             .figures
             .iter()
-            .find(|figure| figure.name == name)
+            .find(|figure| figure.quantity.to_string() == name)
             .unwrap();
         assert_eq!((figure.value, figure.low, figure.high), (None, None, None));
         assert_eq!(figure.note, "no flow was measured");

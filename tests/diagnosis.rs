@@ -2,7 +2,7 @@
 //! and what is in no catalogue. `servobee scorecard` runs the whole set.
 
 use crate::program::soak;
-use servobee::diagnose::{Cut, Identified, Options, Question, Verdict, identify};
+use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, Verdict, identify};
 use servobee::evaluate::{CpuEvaluator, Precision};
 use servobee::model::effects::{CATALOGUE, entry};
 use servobee::record::{Channel, Record};
@@ -128,7 +128,7 @@ fn rows_that_never_saturate(planted: &[&str], seed: u64) -> [Record; 2] {
 
 fn identified(records: &[Record; 2], seed: u64) -> Identified {
     let [fitted, held_out] = records.each_ref().map(std::slice::from_ref);
-    let question = Question::of(fitted, held_out, Cut::default()).unwrap();
+    let problem = IdentificationProblem::of(fitted, held_out, Cut::default()).unwrap();
     let some = [
         "hysteresis",
         "overlap",
@@ -137,10 +137,10 @@ fn identified(records: &[Record; 2], seed: u64) -> Identified {
         "leakage",
     ];
     let some = some.map(|name| entry(name).unwrap());
-    let options = Options::on(&question.structure, &some, 4);
+    let options = Options::on(&problem.structure, &some, 4);
     let plan = servobee::search::Plan::of_records(seed);
     let mut evaluator = CpuEvaluator::new(Precision::F32);
-    identify(question, &mut evaluator, &plan, &options, &mut |_| {
+    identify(problem, &mut evaluator, &plan, &options, &mut |_| {
         ControlFlow::Continue(())
     })
     .unwrap()
@@ -215,11 +215,11 @@ fn a_small_residual_far_above_the_noise_is_looked_at() {
         ..Setup::default()
     };
     let record = setup.record().unwrap();
-    let question = Question::of(&[record], &[], Cut::default()).unwrap();
-    let options = Options::on(&question.structure, CATALOGUE, 4);
+    let problem = IdentificationProblem::of(&[record], &[], Cut::default()).unwrap();
+    let options = Options::on(&problem.structure, CATALOGUE, 4);
     let plan = servobee::search::Plan::of_records(1);
     let mut evaluator = CpuEvaluator::new(Precision::F32);
-    let found = identify(question, &mut evaluator, &plan, &options, &mut |_| {
+    let found = identify(problem, &mut evaluator, &plan, &options, &mut |_| {
         ControlFlow::Continue(())
     })
     .unwrap();

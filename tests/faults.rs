@@ -5,7 +5,7 @@
 use crate::common;
 use crate::common::{case, cases, near_start, on_bounds, random};
 use crate::program::{BENCH, excerpt, printed, servobee_with};
-use servobee::diagnose::{Cut, Identified, Options, Question, identify};
+use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, identify};
 use servobee::evaluate::checkpoint::results_in;
 use servobee::evaluate::gpu::InjectedFault::{Hang, Lost, OutOfMemory, ShaderRefused};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator};
@@ -340,13 +340,13 @@ fn what_was_computed_before_a_device_was_lost_is_kept() {
 /// What `servobee identify` does with a short and lively part of the bench's record.
 fn diagnosed(evaluator: &mut dyn Evaluator, memory: Memory) -> Result<Identified> {
     let records = [Record::parse("bench.csv", excerpt(1000).as_bytes(), &[])?];
-    let question = Question::of(&records, &[], Cut::default())?;
-    let options = Options::on(&question.structure, CATALOGUE, 1);
+    let problem = IdentificationProblem::of(&records, &[], Cut::default())?;
+    let options = Options::on(&problem.structure, CATALOGUE, 1);
     let plan = Plan {
         memory,
         ..Plan::of_records(1)
     };
-    identify(question, evaluator, &plan, &options, &mut |_| {
+    identify(problem, evaluator, &plan, &options, &mut |_| {
         ControlFlow::Continue(())
     })
 }

@@ -5,7 +5,7 @@ use crate::common::effects::{BASE, piston, scale};
 use crate::common::{Record, cases, effects, near_bounds, on_bounds, random};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servobee::diagnose::{Identified, Measurements, Options, Question, identify};
+use servobee::diagnose::{IdentificationProblem, Identified, Measurements, Options, identify};
 use servobee::evaluate::problem::{Data, Series};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, STATE_LIMIT, Status, reference,
@@ -113,7 +113,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
         .for_each(|sample| sample.weight = 0.0);
     series.time.truncate(300);
     series.samples.truncate(300);
-    let question = Question {
+    let problem = IdentificationProblem {
         sizes: scale(&structure),
         structure,
         parameters,
@@ -126,7 +126,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
         hold_known: true,
     };
     identify(
-        question,
+        problem,
         &mut CpuEvaluator::new(Precision::F32),
         &Plan::of_records(1),
         &Options::default(),

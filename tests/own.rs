@@ -3,7 +3,7 @@
 use crate::common::gpu;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servobee::diagnose::{Cut, Options, Question, Verdict, identify};
+use servobee::diagnose::{Cut, IdentificationProblem, Options, Verdict, identify};
 use servobee::evaluate::gpu::Checks;
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{
@@ -470,12 +470,12 @@ fn a_diagnosis_that_is_given_it_names_it() {
 
     let diagnosed = |entries: &[&'static Entry]| {
         let records = std::slice::from_ref(&record);
-        let question = Question::of(records, &[], Cut::default()).unwrap();
-        let options = Options::on(&question.structure, entries, 2);
+        let problem = IdentificationProblem::of(records, &[], Cut::default()).unwrap();
+        let options = Options::on(&problem.structure, entries, 2);
         let mut evaluator = CpuEvaluator::new(Precision::F32);
         let plan = Plan::of_records(1);
         let mut on = |_: &str| ControlFlow::Continue(());
-        identify(question, &mut evaluator, &plan, &options, &mut on).unwrap()
+        identify(problem, &mut evaluator, &plan, &options, &mut on).unwrap()
     };
     let found = diagnosed(&[CATALOGUE, &[own]].concat());
     assert_eq!(found.verdict, Verdict::Found);

@@ -8,7 +8,7 @@ use crate::program;
 use crate::program::{IDENTIFY, bench, json, names, refused, servobee, soak};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servobee::diagnose::{Cut, Identified, Options, Question, identify};
+use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, identify};
 use servobee::evaluate::{Checkpoint, CpuEvaluator, Interrupt, Memory, Precision, Remembering};
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
@@ -332,7 +332,7 @@ fn stopped_at(limit: usize, memory: Memory) -> (Identified, usize, Duration) {
         })
     };
     let record = Record::read(program::BENCH, &[]).unwrap();
-    let question = Question::of(&[record], &[], Cut::default()).unwrap();
+    let problem = IdentificationProblem::of(&[record], &[], Cut::default()).unwrap();
     let plan = Plan {
         memory: memory.stopped_by(interrupt),
         ..Plan::of_records(1)
@@ -340,11 +340,11 @@ fn stopped_at(limit: usize, memory: Memory) -> (Identified, usize, Duration) {
     let some = ["delay", "friction", "hysteresis", "sensor_lag"];
     let entries = CATALOGUE.iter().copied();
     let entries: Vec<_> = entries.filter(|entry| some.contains(&entry.name)).collect();
-    let options = Options::on(&question.structure, &entries, 4);
+    let options = Options::on(&problem.structure, &entries, 4);
     let mut evaluator = CpuEvaluator::new(Precision::F32);
     let mut remembering = Remembering::new(&mut evaluator, plan.memory.clone());
     let go_on = &mut |_: &str| ControlFlow::Continue(());
-    let identified = identify(question, &mut remembering, &plan, &options, go_on).unwrap();
+    let identified = identify(problem, &mut remembering, &plan, &options, go_on).unwrap();
     let after = stopped.get().map_or(Duration::ZERO, Instant::elapsed);
     (identified, asks.load(Ordering::Relaxed), after)
 }

@@ -1,7 +1,7 @@
 //! Whole diagnoses on the GPU and on the CPU of the same machine.
 
 use super::Setting;
-use servobee::diagnose::{Cut, Options, Question, identify};
+use servobee::diagnose::{Cut, IdentificationProblem, Options, identify};
 use servobee::evaluate::gpu::GpuEvaluator;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision};
 use servobee::model::effects::CATALOGUE;
@@ -73,11 +73,11 @@ fn occupancy(setting: &Setting, path: &Path) -> Result<()> {
     for (name, evaluator) in both {
         let records = [Record::read(path, &[])?];
         let rows = records[0].samples();
-        let question = Question::of(&records, &[], Cut::default())?;
-        let options = Options::on(&question.structure, CATALOGUE, 4);
+        let problem = IdentificationProblem::of(&records, &[], Cut::default())?;
+        let options = Options::on(&problem.structure, CATALOGUE, 4);
         let start = Instant::now();
         let plan = Plan::of_records(1);
-        let found = identify(question, evaluator, &plan, &options, &mut |_| {
+        let found = identify(problem, evaluator, &plan, &options, &mut |_| {
             ControlFlow::Continue(())
         })?;
         let seconds = start.elapsed().as_secs_f64();

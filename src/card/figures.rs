@@ -1,8 +1,8 @@
 //! The figures of the card: what each is, what it needs, and how it is read off the tests.
 
-use super::AMPLITUDES;
 use super::bench::Bench;
 use super::cycle::{Cycle, CycleFigures};
+use super::quantity::{AMPLITUDES, Quantity};
 use super::response::Response;
 use super::step::Step;
 use crate::evaluate::Problem;
@@ -89,7 +89,7 @@ pub(super) enum Needs {
 
 /// A figure before it has a value.
 pub(super) struct Definition {
-    pub(super) name: &'static str,
+    pub(super) quantity: Quantity,
     pub(super) label: &'static str,
     /// `command` stands for the command's unit.
     pub(super) unit: &'static str,
@@ -115,7 +115,7 @@ impl Definition {
 }
 
 const fn figure(
-    name: &'static str,
+    quantity: Quantity,
     label: &'static str,
     unit: &'static str,
     needs: Needs,
@@ -123,7 +123,7 @@ const fn figure(
     value: fn(&Tests) -> Option<f64>,
 ) -> Definition {
     Definition {
-        name,
+        quantity,
         label,
         unit,
         needs,
@@ -140,7 +140,7 @@ const STRAIGHT_PART: f64 = 80.0;
 /// All figures, in the order in which a datasheet has them.
 pub(super) const FIGURES: &[Definition] = &[
     figure(
-        "rated_flow",
+        Quantity::RatedFlow,
         "rated flow",
         "L/min",
         Needs::Valve(FULL),
@@ -148,7 +148,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.cycle(|cycle| cycle.rated),
     ),
     figure(
-        "flow_gain",
+        Quantity::FlowGain,
         "flow gain",
         "L/min/command",
         Needs::Valve(STRAIGHT_PART),
@@ -156,7 +156,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.cycle(|cycle| cycle.gain),
     ),
     figure(
-        "asymmetry",
+        Quantity::Asymmetry,
         "asymmetry",
         "%",
         Needs::Valve(STRAIGHT_PART),
@@ -164,7 +164,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.cycle(|cycle| cycle.asymmetry),
     ),
     figure(
-        "overlap",
+        Quantity::Overlap,
         "overlap",
         "%",
         Needs::Valve(STRAIGHT_PART),
@@ -172,7 +172,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.cycle(|cycle| cycle.overlap),
     ),
     figure(
-        "hysteresis",
+        Quantity::Hysteresis,
         "hysteresis",
         "%",
         Needs::Answer,
@@ -180,7 +180,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.cycle(|cycle| cycle.hysteresis),
     ),
     figure(
-        "null_bias",
+        Quantity::NullBias,
         "null bias",
         "%",
         Needs::Answer,
@@ -191,7 +191,7 @@ pub(super) const FIGURES: &[Definition] = &[
         },
     ),
     figure(
-        "leakage",
+        Quantity::Leakage,
         "internal leakage",
         "L/min",
         Needs::Leak,
@@ -199,7 +199,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.leakage,
     ),
     figure(
-        "amplitude_limit_5",
+        Quantity::AmplitudeLimit(AMPLITUDES[0]),
         "-3 dB at 5 %",
         "Hz",
         Needs::Actuator,
@@ -207,7 +207,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.responses.first()?.amplitude_limit,
     ),
     figure(
-        "phase_limit_5",
+        Quantity::PhaseLimit(AMPLITUDES[0]),
         "-90° at 5 %",
         "Hz",
         Needs::Actuator,
@@ -215,7 +215,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.responses.first()?.phase_limit,
     ),
     figure(
-        "amplitude_limit_25",
+        Quantity::AmplitudeLimit(AMPLITUDES[1]),
         "-3 dB at 25 %",
         "Hz",
         Needs::Actuator,
@@ -223,7 +223,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.responses.get(1)?.amplitude_limit,
     ),
     figure(
-        "phase_limit_25",
+        Quantity::PhaseLimit(AMPLITUDES[1]),
         "-90° at 25 %",
         "Hz",
         Needs::Actuator,
@@ -231,7 +231,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.responses.get(1)?.phase_limit,
     ),
     figure(
-        "amplitude_limit_90",
+        Quantity::AmplitudeLimit(AMPLITUDES[2]),
         "-3 dB at 90 %",
         "Hz",
         Needs::Actuator,
@@ -239,7 +239,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.responses.get(2)?.amplitude_limit,
     ),
     figure(
-        "phase_limit_90",
+        Quantity::PhaseLimit(AMPLITUDES[2]),
         "-90° at 90 %",
         "Hz",
         Needs::Actuator,
@@ -247,7 +247,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| tests.responses.get(2)?.phase_limit,
     ),
     figure(
-        "step_time",
+        Quantity::StepTime,
         "step 0-100 %",
         "ms",
         Needs::Actuator,
@@ -255,7 +255,7 @@ pub(super) const FIGURES: &[Definition] = &[
         |tests| Some(1e3 * tests.step.as_ref()?.time?),
     ),
     figure(
-        "overshoot",
+        Quantity::Overshoot,
         "overshoot",
         "%",
         Needs::Actuator,
@@ -309,7 +309,7 @@ impl Conditions {
 
     /// What `figure` is called: a rated flow says nothing without its pressure drop.
     pub(super) fn label(&self, figure: &Definition) -> String {
-        match self.drop.filter(|_| figure.name == "rated_flow") {
+        match self.drop.filter(|_| figure.quantity == Quantity::RatedFlow) {
             Some(drop) => format!("{} at {} bar", figure.label, rounded(drop)),
             None => figure.label.into(),
         }

@@ -7,6 +7,7 @@
 mod bench;
 mod cycle;
 mod figures;
+mod quantity;
 mod response;
 mod step;
 
@@ -16,19 +17,18 @@ use crate::search::polish::spread;
 use bench::Bench;
 pub use cycle::Cycle;
 use figures::{Conditions, Definition, FIGURES, Tests};
+pub use quantity::{AMPLITUDES, Quantity};
 use rayon::prelude::*;
 pub use response::{Point, Response};
 use serde::Serialize;
 pub use step::Step;
 
-/// Amplitudes of the frequency responses, % of full scale.
-pub const AMPLITUDES: [f64; 3] = [5.0, 25.0, 90.0];
-
 /// A figure of the card.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
-    /// Its name in JSON, such as `rated_flow`.
-    pub name: String,
+    /// What it is a figure of; its name in JSON.
+    #[serde(rename = "name")]
+    pub quantity: Quantity,
     /// What it is, such as `rated flow at 70 bar`.
     pub label: String,
     /// Unit.
@@ -125,7 +125,7 @@ impl Card {
                 Ok((_, interval)) => Ok(interval),
             };
             Figure {
-                name: figure.name.into(),
+                quantity: figure.quantity,
                 label: conditions.label(figure),
                 unit: figure
                     .unit

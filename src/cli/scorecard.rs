@@ -187,7 +187,7 @@ fn print_diagnosis(identified: &Identified) {
         vec![
             one.effect.to_string(),
             one.round.to_string(),
-            format!("{:.2} %", one.promise),
+            format!("{:.2} %", one.predicted_reduction),
             format!("{:.3}", one.p_value),
             one.error.map_or("-".into(), |error| format!("{error:.4}")),
             one.decision.describe().into(),

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 const LEAST_OF_COST: f64 = 0.02;
 /// And this share of what the base model leaves above the noise: the rest may be the form of an effect already found.
 const LEAST_OF_EXCESS: f64 = 0.03;
-/// An effect whose linearised promise is below this share of the best one's is not refitted.
+/// An effect whose predicted reduction of the cost is below this share of the best one's is not refitted.
 const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.
 const REFITTED: (usize, usize) = (8, 4);
@@ -74,12 +74,12 @@ pub struct Considered {
     pub effect: Effect,
     /// The round, from 1.
     pub round: usize,
-    /// Share of the fitted cost that it promised to explain, linearised, in percent.
-    pub promise: f64,
-    /// Chance of as good a promise of any effect where none is missing.
+    /// Share of the fitted cost by which it is predicted to fall, linearised, in percent.
+    pub predicted_reduction: f64,
+    /// Chance of as large a predicted reduction by any effect where none is missing.
     pub p_value: f64,
-    /// How much it promises, in units of the promise that would be significant: above 1 chance promises less.
-    pub above_chance: f64,
+    /// Its test statistic over the critical value: above 1 it is significant.
+    pub test_ratio: f64,
     /// The model so far with it; only where it was refitted.
     pub refit: Option<Refit>,
     /// Held-out error with it, RMS in units of noise over all channels; only where it was refitted.
@@ -97,9 +97,9 @@ pub enum Decision {
     Outdone,
     /// Refitted, it does not lower the held-out error enough.
     NotEnough,
-    /// Chance promises as much.
+    /// Its predicted reduction is no larger than by chance.
     NotSignificant,
-    /// It is significant, but promises far less than the best.
+    /// It is significant, but its predicted reduction is far smaller than that of the best.
     FarLess,
     /// It was chosen, but what is left is too much to name it.
     NotNamed,
@@ -284,11 +284,14 @@ impl<'a, 'b> Search<'a, 'b> {
         if let Some(known) = self.refits.get(&key) {
             return Ok(known.clone());
         }
-        let best = screening.effects.first().map_or(0.0, |best| best.promise);
+        let best = screening
+            .effects
+            .first()
+            .map_or(0.0, |best| best.predicted_reduction);
         let plausible: Vec<&Screened> = screening
             .effects
             .iter()
-            .filter(|one| one.p_value <= LEVEL && one.promise >= PLAUSIBLE * best)
+            .filter(|one| one.p_value <= LEVEL && one.predicted_reduction >= PLAUSIBLE * best)
             .take(REFITTED.0)
             .collect();
         self.stage.begins(&format!(
@@ -387,10 +390,13 @@ impl<'a, 'b> Search<'a, 'b> {
         screening: &Screening,
         round: usize,
     ) -> Result<Option<Model>> {
-        let single = screening.effects.first().map_or(0.0, |best| best.promise);
+        let single = screening
+            .effects
+            .first()
+            .map_or(0.0, |best| best.predicted_reduction);
         self.stage.begins(&format!("round {round}: pairs"));
-        let promising = screening.pairs(LEAST_OF_COST.max(1.2 * single), REFITTED.1);
-        let models: Vec<Model> = promising
+        let pairs = screening.pairs(LEAST_OF_COST.max(1.2 * single), REFITTED.1);
+        let models: Vec<Model> = pairs
             .into_par_iter()
             .filter_map(|[first, second]| {
                 let one = self.evidence.polished(self.evidence.extended(
@@ -548,9 +554,9 @@ impl<'a, 'b> Search<'a, 'b> {
             self.considered.push(Considered {
                 effect: one.effect,
                 round,
-                promise: 100.0 * one.promise,
+                predicted_reduction: 100.0 * one.predicted_reduction,
                 p_value: one.p_value,
-                above_chance: one.above_chance,
+                test_ratio: one.test_ratio,
                 refit: model.map(|model| (&model.problem).into()),
                 error: model.map(|model| model.loss(Side::HoldOut).sqrt()),
                 decision,

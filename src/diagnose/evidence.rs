@@ -1,8 +1,10 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
-use super::line::strongest_line;
+use super::fitted::{CHANCE, Fitted};
 use super::linear::Linear;
+use super::measurements::{Measurements, starts};
 use super::signals::Signals;
+use super::statistics::line::strongest_line;
 use super::unexcited::set_by_held_out;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
@@ -10,7 +12,7 @@ use crate::evaluate::{Evaluator, Fingerprint, Memory, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Outputs, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions};
-use crate::search::{self, Bees, Settings, Swarm, polish_on_data};
+use crate::search::{self, Bees, Plan, Settings, Swarm, polish_on_data};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -24,6 +26,9 @@ pub(super) const QUICK: PolishOptions = PolishOptions {
     cost_tolerance: 1e-7,
     damping: 1e-3,
 };
+
+/// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster.
+const HEADROOM: f64 = 3.0;
 
 /// The measured rows, fitted and held out, with errors in units of each channel's noise.
 #[derive(Debug, Clone)]
@@ -115,6 +120,51 @@ pub(super) enum Side {
 }
 
 impl Evidence {
+    /// The measurements in units of the noise by which `before` was fitted, in steps that suit its rates.
+    pub(super) fn new(
+        before: &Fitted,
+        measurements: &Measurements,
+        sizes: Scale,
+        plan: &Plan,
+    ) -> Self {
+        let mut near = before.problem.parameters.clone();
+        for (parameter, &value) in near.iter_mut().zip(&before.values) {
+            parameter.low = parameter.low.max(value / HEADROOM);
+            parameter.high = parameter.high.min(value * HEADROOM);
+        }
+        let rate = before.problem.structure.fastest_rate(&near);
+        let steps = |records: &[Series]| {
+            let mut records = records.to_vec();
+            records
+                .iter_mut()
+                .for_each(|record| record.set_steps(rate, 1));
+            Arc::new(Data::Series(records))
+        };
+        Self {
+            fit: steps(&measurements.fit),
+            hold_out: steps(&measurements.hold_out),
+            scale: before.problem.scale,
+            sizes,
+            base: before.problem.parameters.clone(),
+            seed: CHANCE,
+            memory: plan.memory.clone(),
+        }
+    }
+
+    /// The base model on this evidence; `None` where it diverges or nothing was held out.
+    pub(super) fn start_from(&self, before: &Fitted) -> Option<Model> {
+        let held_out = |record: &Series| record.samples.iter().any(|s| s.weight > 0.0);
+        if !self.records(Side::HoldOut).iter().any(held_out) {
+            return None;
+        }
+        let mut problem = Problem {
+            data: self.fit.clone(),
+            ..before.problem.clone()
+        };
+        set_start(&mut problem, before.fit.values());
+        self.polished(problem)
+    }
+
     fn data(&self, side: Side) -> &Arc<Data> {
         match side {
             Side::Fit => &self.fit,
@@ -132,18 +182,12 @@ impl Evidence {
 
     /// Where each record's rows that count begin among all that count.
     pub(super) fn starts(&self, side: Side) -> Vec<usize> {
-        let mut starts = Vec::new();
-        let mut count = 0;
-        for record in self.records(side) {
-            starts.push(count);
-            count += record.samples.iter().filter(|s| s.weight > 0.0).count();
-        }
-        starts
+        starts(self.records(side))
     }
 
     /// Looks where effects could lie: at lines in the residual of `model`, and at the largest speed of its spool.
     pub(super) fn look_at(&mut self, model: &Model) {
-        let signals = Signals::new(self, model);
+        let signals = Signals::new(self.records(Side::Fit), &model.problem);
         let speeds = signals.of(Signal::Speed).iter();
         let fastest = speeds.fold(0.0, |most: f64, speed| most.max(speed.abs()));
         if fastest.is_normal() {

@@ -1,9 +1,9 @@
 //! The shape of what no entry of the catalogue explains: a curve of one signal at one port.
 
 use super::evidence::{Evidence, Model, Side};
-use super::identify::Fitted;
-use super::linear::{Basis, dot};
+use super::fitted::Fitted;
 use super::signals::Signals;
+use super::statistics::basis::{Basis, dot};
 use crate::evaluate::{Fingerprint, Problem};
 use crate::model::effects::Port;
 use crate::model::{FreeForm, Signal};
@@ -14,13 +14,15 @@ const KNOTS: usize = 9;
 /// Most curves that are refitted.
 const REFITTED: usize = 4;
 
-/// A correction that helps.
+/// A correction that lowers the held-out error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundForm {
     /// Where it acts, and what it is a curve of.
     pub form: FreeForm,
     /// What it adds at each knot.
     pub values: Vec<f64>,
+    /// The unit of that.
+    pub unit: String,
     /// Held-out error without it, RMS in units of noise over all channels.
     pub error_before: f64,
     /// The same with it.
@@ -38,7 +40,7 @@ pub(super) fn free_forms(evidence: &Evidence, base: &Model) -> Vec<Model> {
         structure.free_form = Some(form);
         evidence.problem(&structure, &base.problem.parameters)
     };
-    let promised = |problem: &Problem| {
+    let predicted_cost = |problem: &Problem| {
         let key = || {
             let mut fingerprint = Fingerprint::default();
             fingerprint.text("free form").problem(problem).finish()
@@ -50,14 +52,14 @@ pub(super) fn free_forms(evidence: &Evidence, base: &Model) -> Vec<Model> {
         });
         cost
     };
-    let mut promising: Vec<(f64, Problem)> = places(evidence, base)
+    let mut ranked: Vec<(f64, Problem)> = candidates(evidence, base)
         .into_par_iter()
         .map(problem)
-        .filter_map(|problem| Some((promised(&problem)?, problem)))
+        .filter_map(|problem| Some((predicted_cost(&problem)?, problem)))
         .collect();
-    promising.sort_by(|a, b| a.0.total_cmp(&b.0));
-    promising.truncate(REFITTED);
-    let mut models: Vec<Model> = promising
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.truncate(REFITTED);
+    let mut models: Vec<Model> = ranked
         .into_par_iter()
         .filter_map(|(_, problem)| evidence.polished(problem))
         .collect();
@@ -66,14 +68,24 @@ pub(super) fn free_forms(evidence: &Evidence, base: &Model) -> Vec<Model> {
 }
 
 /// The correction of `model`, whose last polish is `fitted`, beside the model without it.
-pub(super) fn found(base: &Model, model: &Model, fitted: &Fitted) -> Option<FoundForm> {
+pub(super) fn found(
+    evidence: &Evidence,
+    base: &Model,
+    model: &Model,
+    fitted: &Fitted,
+) -> Option<FoundForm> {
     let form = model.structure().free_form.clone()?;
+    let own = form.parameters(&evidence.sizes);
+    let is_own = |name: &str| own.iter().any(|parameter| parameter.name == name);
     let parameters = fitted.problem.parameters.iter().zip(&fitted.values);
     Some(FoundForm {
         values: parameters
-            .filter(|(parameter, _)| parameter.name.starts_with("correction_"))
+            .filter(|(parameter, _)| is_own(&parameter.name))
             .map(|(_, value)| *value)
             .collect(),
+        unit: own
+            .first()
+            .map_or(String::new(), |parameter| parameter.unit.clone()),
         form,
         error_before: base.loss(Side::HoldOut).sqrt(),
         error_after: model.loss(Side::HoldOut).sqrt(),
@@ -81,22 +93,22 @@ pub(super) fn found(base: &Model, model: &Model, fitted: &Fitted) -> Option<Foun
 }
 
 /// Every port and signal where a correction could act, with knots over the range of the signal.
-fn places(evidence: &Evidence, base: &Model) -> Vec<FreeForm> {
+fn candidates(evidence: &Evidence, base: &Model) -> Vec<FreeForm> {
     let structure = base.structure();
-    let mut places = vec![(Port::Command, Signal::Command, None)];
+    let mut combinations = vec![(Port::Command, Signal::Command, None)];
     if structure.has(Port::Actuator) {
-        places.push((Port::Actuator, Signal::Spool, None));
-        places.push((Port::Actuator, Signal::Speed, None));
+        combinations.push((Port::Actuator, Signal::Spool, None));
+        combinations.push((Port::Actuator, Signal::Speed, None));
     }
     if structure.has(Port::Area) {
-        places.push((Port::Area, Signal::Spool, None));
+        combinations.push((Port::Area, Signal::Spool, None));
     }
     for &output in &structure.observed {
         for signal in [Signal::Command, Signal::Spool, Signal::Speed, Signal::Time] {
-            places.push((Port::Measurement, signal, Some(output)));
+            combinations.push((Port::Measurement, signal, Some(output)));
         }
     }
-    let signals = Signals::new(evidence, base);
+    let signals = Signals::new(evidence.records(Side::Fit), &base.problem);
     let form = |(port, signal, output)| {
         let mut values = signals.of(signal).to_vec();
         if port == Port::Area {
@@ -111,7 +123,7 @@ fn places(evidence: &Evidence, base: &Model) -> Vec<FreeForm> {
             knots: knots(values)?,
         })
     };
-    places.into_iter().filter_map(form).collect()
+    combinations.into_iter().filter_map(form).collect()
 }
 
 /// Equally spaced over the middle 99 % of the values.

@@ -1,25 +1,27 @@
 //! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried.
 
 use super::evidence::{QUICK, set_start};
-use super::identify::Fitted;
-use super::{Compared, Comparison, Measurements};
-use crate::evaluate::problem::Series;
-use crate::evaluate::{Fingerprint, Problem};
+use super::fitted::Fitted;
+use super::measurements::{Measurements, starts};
+use super::simulation::{Compared, residual};
+use super::statistics::compare::Comparison;
+use crate::Result;
+use crate::evaluate::{Fingerprint, Problem, reference};
 use crate::model::{Hold, Output};
 use crate::search::polish::polish;
-use crate::search::{Plan, Stoppable};
+use crate::search::{Plan, Stoppable, refine};
 
 /// The two are told apart if their squared errors differ by this many standard errors.
 const TOLD_APART: f64 = 3.0;
 /// And by more than this share of the lower one.
 const SAME_COST: f64 = 0.003;
-/// A parameter that moves by less than this share of its value is not worth a word.
+/// A parameter that moves by less than this share of its value is not reported.
 const NOTABLE: f64 = 0.01;
 
 /// What was taken for the command between two rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Between {
-    /// It.
+    /// The one with which the result was fitted.
     pub taken: Hold,
     /// Whether the model says so.
     pub known: bool,
@@ -32,9 +34,9 @@ pub struct Between {
 pub struct OtherHold {
     /// RMS errors over the fitted rows of all channels, in units of noise: with what was taken, and with the other.
     pub errors: [f64; 2],
-    /// Which of the two the fitted rows prefer, where they surely do.
+    /// Which of the two the fitted rows prefer, where the difference is significant.
     pub preferred: Option<Hold>,
-    /// Parameters that leave their 95 % interval by it, with the value in the result and the other.
+    /// Parameters that leave their 95 % interval with the other, with the value in the result and the other.
     pub moved: Vec<(String, [f64; 2])>,
 }
 
@@ -68,13 +70,36 @@ pub(super) fn other_way(fitted: &Fitted, plan: &Plan) -> Option<Problem> {
     (!interrupt.asked()).then_some(problem)
 }
 
+/// `fitted` with the other of held and interpolated, where the rows prefer that and it leaves nothing but noise. Where it leaves
+/// more, what is missing may prefer either: that says nothing of the command.
+pub(super) fn complete_other_way(
+    fitted: &Fitted,
+    measurements: &Measurements,
+    plan: &Plan,
+) -> Result<Option<Fitted>> {
+    let Some(other) = other_way(fitted, plan) else {
+        return Ok(None);
+    };
+    let beside = OtherHold::beside(fitted, &other, measurements);
+    if beside.preferred != Some(other.structure.hold) {
+        return Ok(None);
+    }
+    let refined = refine(&other, &other.start(), plan)?;
+    let mut other = Fitted::new(other, refined, measurements, None, plan);
+    let noise = other.noise(measurements, false);
+    other.test_residual(measurements, &noise);
+    Ok((!other.structured()).then_some(other))
+}
+
 impl OtherHold {
     /// `taken` beside `other`, on the fitted rows.
     pub(super) fn beside(taken: &Fitted, other: &Problem, measurements: &Measurements) -> Self {
         let values: Vec<f64> = other.parameters.iter().map(|p| p.start).collect();
-        let (own, starts) = residuals(&taken.problem, &taken.values, measurements);
-        let (others, _) = residuals(other, &values, measurements);
-        let comparison = Comparison::new(&others, &own, &vec![1.0; own.len()], &starts);
+        let records = &measurements.fit;
+        let simulated = reference::trajectories(&other.structure, &values, records);
+        let own = residuals(&taken.problem, &taken.beside(measurements).fit);
+        let others = residuals(other, &Compared::all(records, &simulated));
+        let comparison = Comparison::new(&others, &own, &vec![1.0; own.len()], &starts(records));
         let errors = [&own, &others].map(|channels| rms(channels));
         let [cost, other_cost] = errors.map(|error| error * error);
         let apart = (cost - other_cost).abs() > SAME_COST * cost.min(other_cost);
@@ -102,27 +127,14 @@ impl OtherHold {
     }
 }
 
-/// The residuals of each observed channel in the fitted rows, in units of noise, and where each record begins.
-fn residuals(
-    problem: &Problem,
-    values: &[f64],
-    measurements: &Measurements,
-) -> (Vec<Vec<f64>>, Vec<usize>) {
-    let structure = &problem.structure;
-    let compared = Compared::all(structure, values, &measurements.fit);
+/// The residuals of each observed channel, in units of the noise by which `problem` was fitted.
+fn residuals(problem: &Problem, compared: &[Compared]) -> Vec<Vec<f64>> {
     let channel = |&output: &Output| -> Vec<f64> {
         let noise = problem.scale[output].sqrt();
-        let rows = compared.iter().flat_map(|compared| compared.rows(output));
-        rows.map(|row| noise * (row.1 - row.2)).collect()
+        let residual = residual(compared, output).into_iter();
+        residual.map(|value| noise * value).collect()
     };
-    let mut count = 0;
-    let begin = |record: &Series| {
-        let begin = count;
-        count += record.samples.iter().filter(|s| s.weight > 0.0).count();
-        begin
-    };
-    let starts = measurements.fit.iter().map(begin).collect();
-    (structure.observed.iter().map(channel).collect(), starts)
+    problem.structure.observed.iter().map(channel).collect()
 }
 
 fn rms(channels: &[Vec<f64>]) -> f64 {

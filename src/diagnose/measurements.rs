@@ -15,7 +15,7 @@ pub const ROWS: usize = 250_000;
 const STRETCH: usize = 4096;
 /// A record too long to be used whole is cut into at most so many stretches.
 const STRETCHES: usize = 10;
-/// Before a stretch this part of its length runs the simulation in.
+/// The simulation runs in before a stretch over one in so many of its rows.
 const RUN_IN: usize = 4;
 
 /// How records are cut.
@@ -67,7 +67,7 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// All of `records` are fitted where there are records to hold out; otherwise the last part of each is held out.
+    /// All of `records` are fitted where there are records to hold out; otherwise the end of each is held out.
     ///
     /// # Errors
     /// A record lacks a channel that the structure needs, or has it in another unit.
@@ -140,6 +140,17 @@ impl Measurements {
     }
 }
 
+/// Where each record begins among the rows that count.
+pub(super) fn starts(records: &[Series]) -> Vec<usize> {
+    let mut count = 0;
+    let begin = |record: &Series| {
+        let begin = count;
+        count += record.samples.iter().filter(|s| s.weight > 0.0).count();
+        begin
+    };
+    records.iter().map(begin).collect()
+}
+
 /// Rows of a record: those from `run_in` on are simulated, those in `counts` are compared.
 #[derive(Debug, Clone, PartialEq)]
 struct Stretch {
@@ -192,7 +203,7 @@ fn stretches(command: &[f64], share: f64, fitted: usize) -> Vec<Stretch> {
     let liveliest = |section: Range<usize>| {
         let last = section.end.saturating_sub(length).max(section.start);
         let moved = |begin: usize| travel[(begin + length).min(section.end) - 1] - travel[begin];
-        let places = (section.start..=last).step_by((length / RUN_IN).max(1));
+        let begins = (section.start..=last).step_by((length / RUN_IN).max(1));
         let livelier = |best, next| {
             if moved(next) > moved(best) {
                 next
@@ -200,7 +211,7 @@ fn stretches(command: &[f64], share: f64, fitted: usize) -> Vec<Stretch> {
                 best
             }
         };
-        let begin = places.reduce(livelier).unwrap_or(section.start);
+        let begin = begins.reduce(livelier).unwrap_or(section.start);
         Stretch {
             run_in: begin.saturating_sub(length / RUN_IN),
             counts: begin..(begin + length).min(section.end),
@@ -253,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_stretch_lies_where_the_command_moves() {
-        // At rest but for a step near the end of each part.
+        // At rest but for a step near the end of each side.
         let moved = |row: usize| f64::from(u8::from((6000..6100).contains(&row) || row >= 9500));
         let command: Vec<f64> = (0..10_000).map(moved).collect();
         let all = stretches(&command, 0.1, 7000);

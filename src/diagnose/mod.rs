@@ -4,54 +4,58 @@
 //! 2. *Is there structure?* The residual is tested against command, its powers, rate and direction, simulated spool, pressures,
 //!    time, lines in its spectrum, and its loudness, all against surrogates of the same colour, with one level for the family.
 //! 3. *Which effect?* The effects that were asked, those of the catalogue or one's own, are simulated at several values each,
-//!    linearised there together with the base model, and compared with what the best of them would promise by chance (wild
-//!    block bootstrap over the whole family). The plausible ones are refitted with the base, by bees and polish, and ranked by
-//!    held-out error. Effects of equal error that the record cannot tell apart are reported as tied. Then again with the effect
-//!    added; effects are exchanged and dropped where the others have made them worse or superfluous; pairs are tried where none
-//!    helps alone.
+//!    linearised there together with the base model, and the reduction of the cost that this predicts is compared with that of
+//!    the best of them on surrogates (wild block bootstrap over the whole family). The plausible ones are refitted with the
+//!    base, by bees and polish, and ranked by held-out error. Effects of equal error that the record cannot tell apart are
+//!    reported as tied. Then again with the effect added; effects are exchanged and dropped where the others have made them
+//!    worse or superfluous; pairs are tried where none helps alone.
 //! 4. *No name*: effects are believed if they leave nothing that can be seen, or explain at least 80 % of what was above the
 //!    noise. Otherwise the verdict is `unexplained`, and the report describes what is missing by a curve of one signal at one
 //!    port, under `free_form`, never under a physical name.
 //! 5. *Not asked*: where no effect was looked for, or not to the end, the verdict is `not_diagnosed`.
+//!
+//! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
+//! `fitted` a fit with all that follows from it, `hold` tries the command both ways between two rows, `evidence` is what models
+//! are judged by, `screen` and `attribution` find the effects, `verdict` decides, `free_form` describes what has no name,
+//! `signature` shows what gave it away, and `identified` is the result. `statistics` knows none of them.
 
 mod attribution;
-mod bootstrap;
-mod compare;
-mod density;
 mod evidence;
+mod fitted;
 mod free_form;
 mod hold;
+mod identified;
 mod identify;
-mod line;
+mod known;
 mod linear;
 mod measurements;
-mod noise;
-mod question;
-mod residual;
-mod score;
+mod problem;
 mod screen;
 mod signals;
 mod signature;
-#[cfg(test)]
-mod simulated;
+mod simulation;
 mod stage;
+mod statistics;
 mod unexcited;
 mod verdict;
 
 pub use attribution::{Added, Considered, Contest, Decision, Refit, Rival};
-pub use bootstrap::{
-    Improvement, Interval, block_length, improvement, resample_indices, surrogate,
-};
-pub use compare::{Comparison, indistinguishable};
-pub use density::spectral_density;
+pub use fitted::Fitted;
 pub use free_form::FoundForm;
 pub use hold::{Between, OtherHold};
-pub use identify::{Fitted, Identified, Options, Sides, identify};
+pub use identified::Identified;
+pub use identify::identify;
 pub use measurements::{Cut, Measurements, ROWS, Used};
-pub use noise::{Noise, noise_floor};
-pub use question::Question;
-pub use residual::{Remaining, Residuals, coloured, remaining};
-pub use score::{Compared, errors};
-pub use signature::{Bin, Signature, signatures};
+pub use problem::{IdentificationProblem, Options};
+pub use signature::{Bin, Signature};
+pub use simulation::{Compared, Errors, Sides, Trajectories, errors};
+pub use statistics::bootstrap::{
+    Improvement, Interval, block_length, improvement, resample_indices, surrogate,
+};
+pub use statistics::compare::{Comparison, indistinguishable};
+pub use statistics::density::spectral_density;
+pub use statistics::noise::{Noise, NoiseMethod, noise_floor};
+pub use statistics::residual::{Remaining, Residuals, remaining};
+pub use statistics::rows::coloured;
 pub use unexcited::Unexcited;
 pub use verdict::Verdict;

@@ -1,17 +1,19 @@
-//! Screening: what each effect promises, of the catalogue and of a user's own, and what chance promises.
+//! Screening: the reduction of the cost that is predicted for each effect, of the catalogue and of a user's own, and whether it
+//! is significant.
 //!
 //! A score test at one value would miss effects that do nothing near their neutral value (an end stop) or have a kink
 //! there (friction). Each effect is therefore simulated at several values, its trials. Linearised there, together with the
-//! parameters of the model so far, it promises a cost (Gauss-Newton).
+//! parameters of the model so far, it has a predicted cost (Gauss-Newton).
 //!
-//! What chance promises comes from surrogate residuals: what the best trial leaves, in blocks with random signs, which keep
-//! colour and loudness and lose the bond with the command (wild block bootstrap: Shao 2010, "The dependent wild
+//! The distribution of that reduction where no effect is missing comes from surrogate residuals: what the best trial leaves, in
+//! blocks with random signs, which keep colour and size and no longer depend on the command (wild block bootstrap: Shao 2010, "The dependent wild
 //! bootstrap"). Each effect explains of a surrogate what lies in its directions, those of the model projected out. The
 //! whole screening is repeated on each surrogate, and the best effect of each makes the null distribution: its level holds
 //! for the family of all effects and trials, not for each alone.
 
 use super::evidence::{Evidence, Model, Side, Start};
-use super::linear::{Basis, dot};
+use super::statistics::basis::{Basis, dot};
+use super::statistics::bootstrap::block_length;
 use crate::evaluate::{Fingerprint, Interrupt};
 use crate::model::effects::{Effect, known};
 use rand::{RngExt, SeedableRng};
@@ -28,14 +30,14 @@ pub(super) const LEVEL: f64 = 0.01;
 pub(super) struct Screened {
     /// The effect.
     pub(super) effect: Effect,
-    /// Where its search begins, the most promising first, with the cost that each promises.
+    /// Where its search begins, with the predicted cost of each, the lowest first.
     pub(super) starts: Vec<(Start, f64)>,
-    /// Share of the cost that it promises to explain.
-    pub(super) promise: f64,
-    /// Chance of as good a promise of any effect where none is missing.
+    /// Share of the cost by which it is predicted to fall.
+    pub(super) predicted_reduction: f64,
+    /// Chance of as large a predicted reduction by any effect where none is missing.
     pub(super) p_value: f64,
-    /// What it explains, in units of what makes `p_value` equal to [`LEVEL`].
-    pub(super) above_chance: f64,
+    /// Its test statistic over the critical value, at which `p_value` is [`LEVEL`].
+    pub(super) test_ratio: f64,
 }
 
 /// The screening of all effects that `model` could have.
@@ -43,7 +45,7 @@ pub(super) struct Screened {
 pub(super) struct Screening<'a> {
     evidence: &'a Evidence,
     model: &'a Model,
-    /// The effects, the most promising first.
+    /// The effects, the largest predicted reduction first.
     pub(super) effects: Vec<Screened>,
     /// Not there where the screening was remembered.
     directions: Option<Directions>,
@@ -52,7 +54,7 @@ pub(super) struct Screening<'a> {
 /// What the effects of a screening explain together follows from these.
 #[derive(Debug)]
 struct Directions {
-    /// Directions of each effect's most promising trial, without what the model spans.
+    /// Directions of each effect's best trial, without what the model spans.
     of_effects: Vec<Basis>,
     /// The residual that they are to explain, without what the model spans.
     residual: Vec<f64>,
@@ -92,27 +94,24 @@ impl<'a> Screening<'a> {
                 (
                     number,
                     one.starts,
-                    one.promise,
+                    one.predicted_reduction,
                     one.p_value,
-                    one.above_chance,
+                    one.test_ratio,
                 )
             });
             Some(remembered.collect())
         };
         let key = || key("screening", evidence, model, &candidates);
         let remembered: Option<Vec<Remembered>> = evidence.memory.once(key, &mut screen);
-        let effects =
-            remembered?
-                .into_iter()
-                .map(
-                    |(number, starts, promise, p_value, above_chance)| Screened {
-                        effect: candidates[number],
-                        starts,
-                        promise,
-                        p_value,
-                        above_chance,
-                    },
-                );
+        let effects = remembered?.into_iter().map(
+            |(number, starts, predicted_reduction, p_value, test_ratio)| Screened {
+                effect: candidates[number],
+                starts,
+                predicted_reduction,
+                p_value,
+                test_ratio,
+            },
+        );
         Some(Self {
             evidence,
             model,
@@ -186,7 +185,7 @@ impl Directions {
     }
 }
 
-/// Tries `candidates` on top of `model`: the most promising first, with their directions in this order; `None` where the
+/// Tries `candidates` on top of `model`: the largest predicted reduction first, with their directions in this order; `None` where the
 /// model itself diverges, or the run was stopped.
 fn screened(
     evidence: &Evidence,
@@ -213,17 +212,17 @@ fn screened(
         .filter(|best| best.cost < cost)
         .and_then(|best| left(evidence, model, best))
         .unwrap_or_else(|| residual.clone());
-    let chances = chances(evidence, &noise, &tried, &gains)?;
+    let tests = tests(evidence, &noise, &tried, &gains)?;
     let mut effects: Vec<(Screened, Basis)> = Vec::new();
-    for (one, chance) in tried.into_iter().zip(chances) {
+    for (one, test) in tried.into_iter().zip(tests) {
         let same = |(other, _): &&mut (Screened, Basis)| other.effect == one.effect;
         match effects.iter_mut().find(same) {
             Some((known, directions)) => {
-                known.p_value = known.p_value.min(chance.p_value);
-                known.above_chance = known.above_chance.max(chance.above);
+                known.p_value = known.p_value.min(test.p_value);
+                known.test_ratio = known.test_ratio.max(test.ratio);
                 let better = one.cost < known.starts[0].1;
-                let place = usize::from(!better) * known.starts.len();
-                known.starts.insert(place, (one.start, one.cost));
+                let index = usize::from(!better) * known.starts.len();
+                known.starts.insert(index, (one.start, one.cost));
                 if better {
                     *directions = one.directions;
                 }
@@ -232,9 +231,9 @@ fn screened(
                 Screened {
                     effect: one.effect,
                     starts: vec![(one.start, one.cost)],
-                    promise: 0.0,
-                    p_value: chance.p_value,
-                    above_chance: chance.above,
+                    predicted_reduction: 0.0,
+                    p_value: test.p_value,
+                    test_ratio: test.ratio,
                 },
                 one.directions,
             )),
@@ -242,9 +241,9 @@ fn screened(
     }
     for (effect, _) in &mut effects {
         effect.starts.sort_by(|a, b| a.1.total_cmp(&b.1));
-        effect.promise = 1.0 - effect.starts[0].1 / cost;
+        effect.predicted_reduction = 1.0 - effect.starts[0].1 / cost;
     }
-    effects.sort_by(|(a, _), (b, _)| b.promise.total_cmp(&a.promise));
+    effects.sort_by(|(a, _), (b, _)| b.predicted_reduction.total_cmp(&a.predicted_reduction));
     let (effects, of_effects) = effects.into_iter().unzip();
     Some((
         effects,
@@ -299,25 +298,25 @@ fn left(evidence: &Evidence, model: &Model, tried: &Tried) -> Option<Vec<f64>> {
     Some(there.residual)
 }
 
-/// What chance says of a trial.
-struct Chance {
+/// The test of a trial.
+struct Test {
     /// The chance that any trial explains as much of a surrogate, each in units of its own chance level.
     p_value: f64,
     /// What the trial explains, in units of what makes `p_value` equal to [`LEVEL`].
-    above: f64,
+    ratio: f64,
 }
 
-/// For each trial, which promises to take its part of `gains` from the cost, what trials explain of surrogates of `residual`;
+/// For each trial, whose predicted reduction of the cost is that of `gains`, what trials explain of surrogates of `residual`;
 /// `None` where the run was stopped.
-fn chances(
+fn tests(
     evidence: &Evidence,
     residual: &[f64],
     tried: &[Tried],
     gains: &[f64],
-) -> Option<Vec<Chance>> {
+) -> Option<Vec<Test>> {
     let starts = evidence.starts(Side::Fit);
     let channels = evidence.scale.0.iter().filter(|s| **s > 0.0).count().max(1);
-    let block = super::bootstrap::block_length(residual, &[0]).max(20 * channels);
+    let block = block_length(residual, &[0]).max(20 * channels);
     let edges: Vec<usize> = edges(residual.len(), &starts, channels, block);
     let blocks = edges.len() - 1;
     let in_block = |direction: &Vec<f64>| -> Vec<f64> {
@@ -368,18 +367,18 @@ fn chances(
     // Above this one the chance is at most LEVEL.
     let limit = largest[(LEVEL * (SURROGATES + 1) as f64) as usize - 1];
     let one = |((value, chance), tried): ((&f64, &f64), &Tried)| {
-        // What the model spans already promises nothing, and chance makes nothing of it.
+        // What the model spans already reduces nothing.
         if tried.directions.0.is_empty() {
-            return Chance {
+            return Test {
                 p_value: 1.0,
-                above: 0.0,
+                ratio: 0.0,
             };
         }
         let explained = value / chance;
         let as_large = largest.partition_point(|most| *most >= explained);
-        Chance {
+        Test {
             p_value: (as_large + 1) as f64 / (SURROGATES + 1) as f64,
-            above: explained / limit,
+            ratio: explained / limit,
         }
     };
     Some(gains.iter().zip(&chance).zip(tried).map(one).collect())

@@ -1,15 +1,16 @@
 //! The signals inside a model.
 
-use super::evidence::{Evidence, Model, Side};
-use crate::evaluate::reference;
+use crate::evaluate::problem::Series;
+use crate::evaluate::{Problem, reference};
 use crate::model::{Output, Signal};
 
 /// The signals over all fitted rows.
 pub(super) struct Signals([Vec<f64>; 4]);
 
 impl Signals {
-    pub(super) fn new(evidence: &Evidence, base: &Model) -> Self {
-        let mut structure = base.structure().clone();
+    /// Those of `problem`'s model at its start, over `records`.
+    pub(super) fn new(records: &[Series], problem: &Problem) -> Self {
+        let mut structure = problem.structure.clone();
         // The spool in the unit of the command, whatever is measured and whatever its sensor adds.
         if let Some(base) = structure.servo_valve_mut() {
             base.spool_unit = None;
@@ -18,14 +19,13 @@ impl Signals {
         structure.effects.retain(|effect| effect.output.is_none());
         structure.free_form = structure.free_form.filter(|form| form.output.is_none());
         let parameters = structure.parameters();
-        let known = &base.problem.parameters;
+        let known = &problem.parameters;
         let value = |name: &str| known.iter().find(|p| p.name == name).map(|p| p.start);
         let values: Vec<f64> = parameters
             .iter()
             .map(|p| value(&p.name).unwrap_or(p.start))
             .collect();
         let mut signals: [Vec<f64>; 4] = Default::default();
-        let records = evidence.records(Side::Fit);
         for (record, rows) in records
             .iter()
             .zip(reference::trajectories(&structure, &values, records))
@@ -54,12 +54,10 @@ impl Signals {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::simulated;
-    use crate::evaluate::Memory;
-    use crate::evaluate::problem::{Data, Problem, Sample, Series};
+    use crate::diagnose::statistics::simulated;
+    use crate::evaluate::problem::{Data, Sample};
     use crate::model::effects::Effect;
-    use crate::model::{Input, Outputs, Structure};
-    use std::sync::Arc;
+    use crate::model::{Input, Structure};
 
     #[test]
     fn what_a_known_sensor_adds_is_no_signal_of_the_valve() {
@@ -81,33 +79,15 @@ mod tests {
         };
         let bare = Structure::actuator(10.0, "V");
         series.set_steps(bare.fastest_rate(&bare.parameters()), 1);
-        let data = Arc::new(Data::Series(vec![series]));
+        let records = [series];
         let signals = |structure: Structure, values: &[(&str, f64)]| {
             let mut parameters = structure.parameters();
             for parameter in &mut parameters {
                 let value = values.iter().find(|(name, _)| *name == parameter.name);
                 parameter.start = value.map_or(parameter.start, |(_, value)| *value);
             }
-            let evidence = Evidence {
-                fit: data.clone(),
-                hold_out: data.clone(),
-                scale: Outputs::all(1.0),
-                sizes: structure.generic_scale(),
-                base: parameters.clone(),
-                seed: 1,
-                memory: Memory::default(),
-            };
-            let problem = Problem {
-                data: data.clone(),
-                ..Problem::new(structure, parameters, Data::Series(Vec::new()))
-            };
-            let model = Model {
-                problem,
-                fit: Vec::new(),
-                hold_out: Vec::new(),
-                evaluations: 0,
-            };
-            Signals::new(&evidence, &model).0
+            let problem = Problem::new(structure, parameters, Data::Series(Vec::new()));
+            Signals::new(&records, &problem).0
         };
         let with = |names: &[&str]| {
             let effects = names.iter().map(|name| name.parse::<Effect>().unwrap());

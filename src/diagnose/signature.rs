@@ -1,9 +1,13 @@
-//! What gives an effect away: the residual of a model without it, over the signal that it depends on.
+//! Signatures of effects: the residual of a model without it, over the signal that it depends on.
 
-use super::identify::Known;
-use super::residual::rate;
-use super::{Compared, Refit};
+use super::attribution::{Added, Considered, Refit};
+use super::fitted::Fitted;
+use super::known::{KnownRows, KnownSignal};
+use super::simulation::{Compared, Trajectories, residual};
+use super::statistics::rows::rate;
+use super::verdict::Verdict;
 use crate::evaluate::problem::Series;
+use crate::evaluate::reference;
 use crate::model::{Output, Structure};
 
 /// Bins of a signature; each holds equally many rows.
@@ -46,26 +50,99 @@ pub struct Bin {
     mean_added: Vec<f64>,
 }
 
+/// A model with what it gives for the fitted records.
+struct Simulated {
+    model: Refit,
+    trajectories: Trajectories,
+}
+
+impl Simulated {
+    fn new(model: &Refit, records: &[Series]) -> Self {
+        Self {
+            trajectories: reference::trajectories(&model.structure, &model.values(), records),
+            model: model.clone(),
+        }
+    }
+}
+
+impl From<&Fitted> for Simulated {
+    fn from(fitted: &Fitted) -> Self {
+        let mut model = Refit::from(&fitted.problem);
+        for (parameter, value) in model.parameters.iter_mut().zip(&fitted.values) {
+            parameter.start = *value;
+        }
+        Self {
+            model,
+            trajectories: fitted.simulated.fit.clone(),
+        }
+    }
+}
+
+/// The signatures of each effect of `added` that has a contest, on the fitted `records`: those of the model without it, beside
+/// the result and the closest rival.
+pub(super) fn of_effects(added: &[Added], records: &[Series]) -> Vec<Vec<Signature>> {
+    let contests = added.iter().filter_map(|one| one.contest.as_ref());
+    contests
+        .map(|contest| {
+            let rival = contest.rival.iter().map(|rival| &rival.refit);
+            let models = std::iter::once(&contest.with).chain(rival);
+            let models: Vec<Simulated> =
+                models.map(|model| Simulated::new(model, records)).collect();
+            signatures(&Simulated::new(&contest.without, records), &models, records)
+        })
+        .collect()
+}
+
+/// The signatures of what the base model leaves, beside the curve of free form, if there is one, and the effect that came
+/// closest.
+pub(super) fn of_residual(
+    base: &Fitted,
+    free_form: Option<&Fitted>,
+    closest: Option<&Considered>,
+    records: &[Series],
+) -> Vec<Signature> {
+    let mut models: Vec<Simulated> = free_form.map(Simulated::from).into_iter().collect();
+    // Without a curve to compare it with, the closest effect must not choose the signal.
+    if free_form.is_some() {
+        let refit = closest.and_then(|one| one.refit.as_ref());
+        models.extend(refit.map(|model| Simulated::new(model, records)));
+    }
+    signatures(&base.into(), &models, records)
+}
+
+/// Where something is missing that has no name: the effect of the first round that came closest to it.
+pub(super) fn closest(verdict: Verdict, considered: &[Considered]) -> Option<&Considered> {
+    let refitted = considered
+        .iter()
+        .filter(|one| verdict == Verdict::Unexplained && one.round == 1 && one.refit.is_some());
+    let error = |one: &Considered| one.error.unwrap_or(f64::INFINITY);
+    refitted.min_by(|a, b| error(a).total_cmp(&error(b)))
+}
+
 /// The signatures of `base` on `records`, where `models` are other fits of it: first over the signal through which the first
 /// of them accounts for most of the residual (without one, over that on which the residual depends most), then over that
 /// where the first two part most, if there are two.
-pub fn signatures(base: &Refit, models: &[&Refit], records: &[Series]) -> Vec<Signature> {
-    let compared = Compared::all(&base.structure, &base.values(), records);
+fn signatures(base: &Simulated, models: &[Simulated], records: &[Series]) -> Vec<Signature> {
+    let structure = &base.model.structure;
+    let compared = Compared::all(records, &base.trajectories);
     let others: Vec<Vec<Compared>> = models
         .iter()
-        .map(|model| Compared::all(&model.structure, &model.values(), records))
+        .map(|model| Compared::all(records, &model.trajectories))
         .collect();
-    let mut signals = signals(&compared, &base.structure);
-    signals.extend(oscillation(base, models, &compared));
-    let mut all: Vec<Signature> = Vec::new();
-    for &output in &base.structure.observed {
+    let known = KnownRows::new(&compared);
+    let oscillation = models
+        .first()
+        .and_then(|model| oscillation(&base.model, &model.model, &known.time));
+    let mut signals = signals(known, structure);
+    signals.extend(oscillation);
+    let mut all: Vec<(f64, Signature)> = Vec::new();
+    for &output in &structure.observed {
         let simulated = |compared: &[Compared]| -> Vec<f64> {
             let rows = compared.iter().flat_map(|one| one.rows(output));
             rows.map(|(_, _, simulated)| simulated).collect()
         };
         let own = simulated(&compared);
-        let rows = compared.iter().flat_map(|one| one.rows(output));
-        let residual: Vec<f64> = rows.map(|row| row.1 - row.2).collect();
+        let residual = residual(&compared, output);
         let added: Vec<Vec<f64>> = others
             .iter()
             .map(|other| {
@@ -73,20 +150,21 @@ pub fn signatures(base: &Refit, models: &[&Refit], records: &[Series]) -> Vec<Si
                 pairs.map(|(with, without)| with - without).collect()
             })
             .collect();
-        for (signal, unit, values) in &signals {
-            let bins = bins(values, &residual, &added);
+        for signal in &signals {
+            let bins = bins(&signal.values, &residual, &added);
             let square = residual.iter().map(|r| r * r).sum::<f64>();
             let means = bins.iter().map(|bin| bin.rows * bin.mean * bin.mean);
-            all.push(Signature {
+            let signature = Signature {
                 output,
-                signal: (*signal).to_owned(),
-                unit: unit.clone(),
+                signal: signal.name.into(),
+                unit: signal.unit.clone(),
                 explained: means.sum::<f64>() / square.max(f64::MIN_POSITIVE),
                 bins,
-            });
+            };
+            all.push((signal.weight, signature));
         }
     }
-    all.retain(|one| one.bins.len() > 1);
+    all.retain(|(_, one)| one.bins.len() > 1);
     // Channels of different units are compared by shares of their residual's square.
     let share = |one: &Signature, left: &dyn Fn(&Bin) -> f64| -> f64 {
         let square = |of: &dyn Fn(&Bin) -> f64| -> f64 {
@@ -95,72 +173,85 @@ pub fn signatures(base: &Refit, models: &[&Refit], records: &[Series]) -> Vec<Si
         let means = square(&|bin| bin.mean).max(f64::MIN_POSITIVE);
         square(left) / means * one.explained
     };
-    // Whatever is slow is smooth over time: that says little of what it depends on.
-    let weight = |one: &Signature| if one.signal == "time" { 0.5 } else { 1.0 };
     let accounted = |one: &Signature| match models.is_empty() {
-        true => weight(one) * one.explained,
-        false => weight(one) * (one.explained - share(one, &|bin| bin.mean - bin.mean_added[0])),
+        true => one.explained,
+        false => one.explained - share(one, &|bin| bin.mean - bin.mean_added[0]),
     };
     let mut found: Vec<Signature> = Vec::new();
     found.extend(largest(&mut all, &accounted));
     if models.len() > 1 {
         let apart = |one: &Signature| share(one, &|bin| bin.mean_added[0] - bin.mean_added[1]);
-        let parting = |one: &Signature| weight(one) * apart(one);
-        found.extend(largest(&mut all, &parting));
+        found.extend(largest(&mut all, &apart));
     }
     found
 }
 
-/// Takes out the signature for which `of` is largest; the first of several.
-fn largest(all: &mut Vec<Signature>, of: &dyn Fn(&Signature) -> f64) -> Option<Signature> {
-    let values: Vec<f64> = all.iter().map(of).collect();
+/// Takes out the signature for which `of`, times its weight, is largest; the first of several.
+fn largest(all: &mut Vec<(f64, Signature)>, of: &dyn Fn(&Signature) -> f64) -> Option<Signature> {
+    let values: Vec<f64> = all.iter().map(|(weight, one)| weight * of(one)).collect();
     let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let place = values.iter().position(|value| *value == most)?;
-    Some(all.remove(place))
+    let first = values.iter().position(|value| *value == most)?;
+    Some(all.remove(first).1)
 }
 
-/// Name, unit and values of what a residual may depend on, over the rows that count.
-fn signals(compared: &[Compared], structure: &Structure) -> Vec<(&'static str, String, Vec<f64>)> {
-    let known = Known::new(compared);
+/// A signal over the rows that count.
+struct Signal {
+    name: &'static str,
+    unit: String,
+    values: Vec<f64>,
+    /// How much a dependence on it says.
+    weight: f64,
+}
+
+impl Signal {
+    fn new(name: &'static str, unit: impl Into<String>, values: Vec<f64>) -> Self {
+        Self {
+            name,
+            unit: unit.into(),
+            values,
+            weight: 1.0,
+        }
+    }
+}
+
+/// What a residual may depend on.
+fn signals(known: KnownRows, structure: &Structure) -> Vec<Signal> {
     let command = &structure.command_unit;
     let spool = structure.unit(Output::Spool);
-    let command_rate = rate(&known.command, &known.time, &known.starts);
+    let rate = |values: &[f64]| rate(values, &known.time, &known.starts);
+    let command_rate = rate(&known.command);
     let mut list = vec![
-        ("command", command.clone(), known.command),
-        ("command rate", format!("{command}/s"), command_rate),
-        ("time", "s".to_owned(), known.time.clone()),
+        Signal::new("command", command, known.command),
+        Signal::new("command rate", format!("{command}/s"), command_rate),
+        Signal {
+            // Whatever is slow is smooth over time: that says little of what it depends on.
+            weight: 0.5,
+            ..Signal::new("time", "s", known.time.clone())
+        },
     ];
-    for (name, values) in known.signals {
-        let unit = match name {
-            "simulated spool" => spool.to_owned(),
-            "flow^2" => "(L/min)²".into(),
-            "supply pressure" | "load pressure" => "bar".into(),
-            "temperature" => "degC".into(),
-            _ => format!("{spool} bar"),
-        };
-        if name == "simulated spool" {
-            let speed = rate(&values, &known.time, &known.starts);
-            list.push(("simulated spool speed", format!("{spool}/s"), speed));
+    for (signal, values) in known.signals {
+        if signal == KnownSignal::SimulatedSpool {
+            let speed = rate(&values);
+            list.push(Signal::new(
+                "simulated spool speed",
+                format!("{spool}/s"),
+                speed,
+            ));
         }
-        list.push((name, unit, values));
+        list.push(Signal::new(signal.name(), signal.unit(structure), values));
     }
     list
 }
 
-/// Where in its period the oscillation is that the first of `models` adds to `base`, if it adds one.
-fn oscillation(
-    base: &Refit,
-    models: &[&Refit],
-    compared: &[Compared],
-) -> Option<(&'static str, String, Vec<f64>)> {
-    let mut own = models.first()?.parameters.iter();
+/// Where in its period the oscillation is that `model` adds to `base`, if it adds one.
+fn oscillation(base: &Refit, model: &Refit, time: &[f64]) -> Option<Signal> {
     let known = |name: &str| base.parameters.iter().any(|p| p.name == name);
+    let mut own = model.parameters.iter();
     let frequency = own.find(|p| p.unit == "Hz" && !known(&p.name))?.start;
-    let time = Known::new(compared).time;
     let phase = time.iter().map(|time| (time * frequency).fract());
-    Some((
+    Some(Signal::new(
         "phase of the oscillation",
-        "periods".into(),
+        "periods",
         phase.collect(),
     ))
 }
@@ -208,7 +299,7 @@ fn bins(values: &[f64], residual: &[f64], added: &[Vec<f64>]) -> Vec<Bin> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::simulated::white;
+    use crate::diagnose::statistics::simulated::white;
 
     #[test]
     fn bins_hold_equally_many_rows_and_equal_values_stay_together() {

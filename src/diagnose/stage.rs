@@ -1,4 +1,4 @@
-//! What a diagnosis is doing, told to whoever waits for it and may break it off.
+//! The stage of a diagnosis, of which the caller is told and in which it may break off.
 
 use crate::evaluate::Interrupt;
 use std::ops::ControlFlow;

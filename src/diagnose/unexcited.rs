@@ -4,12 +4,13 @@
 //! it their error would be arbitrary. So it takes the value of that flat range which suits the held-out rows best: for the
 //! base model and for every rival alike, and the report says so.
 
-use super::score::Compared;
+use super::measurements::Measurements;
+use super::simulation::Compared;
 use crate::evaluate::problem::{Data, Series};
-use crate::evaluate::{Interrupt, Problem};
+use crate::evaluate::{Interrupt, Problem, reference};
 use crate::model::{Output, Parameter};
-use crate::search::Stoppable;
 use crate::search::polish::{Flat, PolishOptions, within_flats};
+use crate::search::{Fit, Stoppable};
 use std::sync::Arc;
 
 /// A parameter that the held-out rows had to set.
@@ -33,8 +34,8 @@ pub struct Unexcited {
     pub time: (f64, f64),
 }
 
-/// The values of `problem`'s free parameters where those in `flats` suit the held-out records best, and the ones that these
-/// ask for.
+/// The values of `problem`'s free parameters, of which those in `flats` suit the held-out records best, and the flats on which
+/// these records depend.
 pub(super) fn set_by_held_out(
     problem: &Problem,
     interrupt: &Interrupt,
@@ -65,18 +66,52 @@ pub(super) fn set_by_held_out(
     )
 }
 
+/// Lets the held-out rows set what the fitted ones leave open, and says what that was.
+pub(super) fn set_what_is_open(
+    problem: &Problem,
+    interrupt: &Interrupt,
+    fit: &mut Fit,
+    measurements: &Measurements,
+) -> Vec<Unexcited> {
+    let Some((polished, _)) = &mut fit.polished else {
+        return Vec::new();
+    };
+    if polished.flat.is_empty() {
+        return Vec::new();
+    }
+    let records = &measurements.hold_out;
+    let held_out = Arc::new(Data::Series(records.clone()));
+    let options = PolishOptions::default();
+    let (values, asked) = set_by_held_out(
+        problem,
+        interrupt,
+        &polished.values,
+        &polished.flat,
+        &held_out,
+        &options,
+    );
+    polished.values = values;
+    for flat in &asked {
+        polished.at_bound[flat.parameter] = None;
+    }
+    let one = |flat| Unexcited::new(problem, &polished.values, flat, records);
+    asked.iter().map(one).collect()
+}
+
 impl Unexcited {
     /// What a report says of the parameter that is flat over `flat` and that held-out `records` have set to its value among
     /// `values`.
-    pub(super) fn new(problem: &Problem, values: &[f64], flat: &Flat, records: &[Series]) -> Self {
+    fn new(problem: &Problem, values: &[f64], flat: &Flat, records: &[Series]) -> Self {
         let free = problem.free();
         let Parameter { name, unit, .. } = &free[flat.parameter];
         let simulated = |value: f64| {
             let mut values = values.to_vec();
             values[flat.parameter] = value;
             let all = problem.complete(&values, |fixed| fixed);
-            Compared::all(&problem.structure, &all, records)
+            reference::trajectories(&problem.structure, &all, records)
         };
+        let (low, high) = (simulated(flat.low), simulated(flat.high));
+        let (low, high) = (Compared::all(records, &low), Compared::all(records, &high));
         let mut found = Self {
             parameter: name.clone(),
             unit: unit.clone(),
@@ -88,7 +123,7 @@ impl Unexcited {
             time: (0.0, 0.0),
         };
         let mut most = 0;
-        for (low, high) in simulated(flat.low).iter().zip(simulated(flat.high)) {
+        for (low, high) in low.iter().zip(high) {
             let differs = |row: &usize| {
                 let apart = |&output: &Output| {
                     let change = low.simulated[*row][output] - high.simulated[*row][output];

@@ -21,9 +21,9 @@ pub enum Verdict {
     NotDiagnosed,
 }
 
-/// What the verdict follows from.
+/// The criteria of the verdict.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Grounds {
+pub(super) struct Criteria {
     /// Whether effects were looked for, to the end.
     pub(super) diagnosed: bool,
     /// Held-out cost of the base model, in units of noise.
@@ -38,7 +38,7 @@ pub(super) struct Grounds {
     pub(super) structured_after: bool,
 }
 
-impl Grounds {
+impl Criteria {
     /// Share of the held-out cost above the noise that the effects explain.
     pub(super) fn explained(&self) -> f64 {
         let excess = |cost: f64| (cost - 1.0).max(0.0);
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn effects_are_believed_for_what_they_explain_or_leave_no_trace_of() {
-        let grounds = |before, after, added, structured_before, structured_after| Grounds {
+        let criteria = |before, after, added, structured_before, structured_after| Criteria {
             diagnosed: true,
             before,
             after,
@@ -73,43 +73,43 @@ mod tests {
             structured_before,
             structured_after,
         };
-        for (grounds, explained, verdict) in [
-            (grounds(1.0, 1.0, false, false, false), 1.0, Verdict::None),
-            (grounds(0.9, 0.9, false, false, false), 1.0, Verdict::None),
+        for (criteria, explained, verdict) in [
+            (criteria(1.0, 1.0, false, false, false), 1.0, Verdict::None),
+            (criteria(0.9, 0.9, false, false, false), 1.0, Verdict::None),
             (
-                grounds(6.0, 6.0, false, true, true),
+                criteria(6.0, 6.0, false, true, true),
                 0.0,
                 Verdict::Unexplained,
             ),
             (
-                grounds(6.0, 2.5, true, true, true),
+                criteria(6.0, 2.5, true, true, true),
                 0.7,
                 Verdict::Unexplained,
             ),
-            (grounds(6.0, 2.5, true, true, false), 0.7, Verdict::Found),
-            (grounds(6.0, 1.5, true, true, true), 0.9, Verdict::Found),
-            (grounds(6.0, 0.5, true, true, true), 1.0, Verdict::Found),
+            (criteria(6.0, 2.5, true, true, false), 0.7, Verdict::Found),
+            (criteria(6.0, 1.5, true, true, true), 0.9, Verdict::Found),
+            (criteria(6.0, 0.5, true, true, true), 1.0, Verdict::Found),
             (
-                grounds(6.0, 8.5, true, true, true),
+                criteria(6.0, 8.5, true, true, true),
                 -0.5,
                 Verdict::Unexplained,
             ),
         ] {
             assert!(
-                (grounds.explained() - explained).abs() < 1e-12,
-                "{grounds:?}"
+                (criteria.explained() - explained).abs() < 1e-12,
+                "{criteria:?}"
             );
-            assert_eq!(grounds.verdict(), verdict, "{grounds:?}");
+            assert_eq!(criteria.verdict(), verdict, "{criteria:?}");
             // What was not looked at to the end names what it has found, and says nothing of what it has not.
             let diagnosed = false;
-            let cut_short = Grounds {
+            let cut_short = Criteria {
                 diagnosed,
-                ..grounds
+                ..criteria
             }
             .verdict();
             match verdict {
-                Verdict::Found => assert_eq!(cut_short, Verdict::Found, "{grounds:?}"),
-                _ => assert_eq!(cut_short, Verdict::NotDiagnosed, "{grounds:?}"),
+                Verdict::Found => assert_eq!(cut_short, Verdict::Found, "{criteria:?}"),
+                _ => assert_eq!(cut_short, Verdict::NotDiagnosed, "{criteria:?}"),
             }
         }
     }

@@ -7,8 +7,8 @@ use crate::model::effects::Port;
 pub const HELD_OUT: &str =
     "Held-out rows are never fitted: what is left there shows what a result is worth.";
 
-/// What an effect's promise is, and the p beside it.
-pub const PROMISE: &str = "The promise of an effect is the share of what was left on fitted rows that it could take away, \
+/// What an effect's predicted reduction is, which a reader is told as its promise, and the p beside it.
+pub const PREDICTED_REDUCTION: &str = "The promise of an effect is the share of what was left on fitted rows that it could take away, \
     estimated before it is fitted; p is the chance that some effect promises as much where none is missing.";
 
 /// What the card of a model is worth that does not explain its record.
@@ -21,19 +21,19 @@ pub fn base_model(structure: &Structure) -> String {
         true => "the loop that moves the spool, with its gain, time constant and saturation",
         false => "a spool that is where the command is",
     };
-    let mut parts = vec![spool.to_owned()];
+    let mut blocks = vec![spool.to_owned()];
     if structure.valve().is_some() {
-        parts.push("the orifices that it opens".into());
+        blocks.push("the orifices that it opens".into());
     }
     let known: Vec<String> = structure.effects.iter().map(ToString::to_string).collect();
     if !known.is_empty() {
-        parts.push(format!(
+        blocks.push(format!(
             "what the model file says is known ({})",
             known.join(", ")
         ));
     }
     format!(
         "The base model is {}: everything but the effects that may be missing.",
-        parts.join(", and ")
+        blocks.join(", and ")
     )
 }

@@ -3,18 +3,20 @@
 mod document;
 #[doc(hidden)]
 pub mod explain;
+mod findings;
 mod html;
 mod model_file;
 mod no_name;
 mod number;
 mod output;
 mod output_file;
+mod parameter;
 mod provenance;
 
-pub use document::{
-    AddedEffect, ConsideredEffect, CutShort, Document, ErrorPair, FreeFormReport,
-    ImprovementReport, Improvements, Knot, ParameterReport, RemainingReport, SCHEMA,
-    not_identifiable,
+pub use document::{Document, SCHEMA};
+pub use findings::{
+    AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport, Knot,
+    RemainingReport,
 };
 pub use html::{datasheet_page, page};
 pub use model_file::ModelFile;
@@ -22,4 +24,5 @@ pub use no_name::{not_diagnosed, unexplained};
 pub use number::{number, quantity, rounded};
 pub use output::OutputFolder;
 pub use output_file::OutputFile;
+pub use parameter::{ParameterReport, not_identifiable};
 pub use provenance::{Call, HoldErrors, HoldReport, InputFile, MovedParameter, Program, now};

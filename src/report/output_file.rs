@@ -24,7 +24,7 @@ impl OutputFile {
         let refuse = |problem, remedy| Err(Error::input(path.display(), problem, remedy));
         match path.symlink_metadata() {
             Ok(_) if !force => return refuse("exists already", "give another name or --force"),
-            Ok(kind) if !kind.is_file() => {
+            Ok(file_type) if !file_type.is_file() => {
                 return refuse("is no regular file", "give another name");
             }
             _ => {}

@@ -62,7 +62,7 @@ impl InputFile {
 /// What was taken for the command between two rows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HoldReport {
-    /// It.
+    /// The one with which the result was fitted.
     pub taken: Hold,
     /// Whether the model says so; otherwise both were tried.
     pub stated: bool,

@@ -4,10 +4,11 @@ use super::outcome::{Outcome, judge};
 use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
-use crate::diagnose::{Cut, Identified, Options, Question, Sides, Verdict, identify};
+use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, Verdict, identify};
 use crate::evaluate::{CpuEvaluator, Evaluator, Precision};
+use crate::model::Output;
 use crate::model::effects::CATALOGUE;
-use crate::record::{Channel, Record};
+use crate::record::Record;
 use crate::rig::{Command, Form, Kind, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve};
 use crate::search::Plan;
 use rand::RngExt;
@@ -177,17 +178,18 @@ impl Case {
         let known: Vec<String> = effects.iter().map(|one| one.catalogue_name()).collect();
         let odd = matches!(self.subject, Subject::Outsider(_));
         let verdict = identified.verdict;
-        let worst = |sides: &Sides| {
-            let ratios = sides
-                .hold_out
+        let observed = &identified.before.problem.structure.observed;
+        let noise = |output: Output| setup.noise_std(output.channel());
+        let worst = |fitted: &Fitted| {
+            let score = |output: Output| fitted.errors.hold_out.get(output.name());
+            let ratios = observed
                 .iter()
-                .map(|(name, score)| score.rmse / noise_std(setup, name));
+                .filter_map(|&output| Some(score(output)?.rmse / noise(output)));
             ratios.fold(0.0, f64::max)
         };
-        let floors = identified
-            .noise
+        let floors = observed
             .iter()
-            .map(|(name, noise)| noise.value / noise_std(setup, name));
+            .map(|&output| identified.noise[output.name()].value / noise(output));
         let values = setup
             .planted
             .iter()
@@ -200,8 +202,8 @@ impl Case {
             planted: self.subject.to_string(),
             values: values.collect::<Vec<_>>().join("+"),
             conditions: conditions(setup),
-            base: worst(&identified.before.errors),
-            after: worst(&identified.after.errors),
+            base: worst(&identified.before),
+            after: worst(&identified.after),
             floor: floors.fold(1.0, |far: f64, one: f64| {
                 if one.ln().abs() > far.ln().abs() {
                     one
@@ -228,23 +230,15 @@ impl Case {
 fn diagnose(record: Record, evaluator: &mut dyn Evaluator) -> Result<Identified> {
     record.check_excited()?;
     let records = [record];
-    let question = Question::of(&records, &[], Cut::default())?;
-    let options = Options::on(&question.structure, CATALOGUE, MAX_EFFECTS);
+    let problem = IdentificationProblem::of(&records, &[], Cut::default())?;
+    let options = Options::on(&problem.structure, CATALOGUE, MAX_EFFECTS);
     identify(
-        question,
+        problem,
         evaluator,
         &Plan::of_records(DIAGNOSIS),
         &options,
         &mut |_| ControlFlow::Continue(()),
     )
-}
-
-/// The planted noise of a channel that is called so, in its unit.
-fn noise_std(setup: &Setup, name: &str) -> f64 {
-    match name == Channel::Flow.name() {
-        true => setup.noise_std(Channel::Flow),
-        false => setup.noise_std(Channel::Spool),
-    }
 }
 
 fn conditions(setup: &Setup) -> String {
@@ -301,8 +295,8 @@ fn covered(setup: &Setup, known: &[String], identified: &Identified) -> [Option<
     let fit = &identified.after.fit;
     truths.map(|truth| {
         let (name, value): (String, f64) = truth?;
-        let place = fit.free.iter().position(|p| p.name == name)?;
-        let interval = fit.polished.as_ref()?.1.intervals[place];
+        let index = fit.free.iter().position(|p| p.name == name)?;
+        let interval = fit.polished.as_ref()?.1.intervals[index];
         let bounded = !interval.open_low && !interval.open_high;
         bounded.then(|| (interval.low..=interval.high).contains(&value))
     })

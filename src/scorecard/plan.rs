@@ -290,7 +290,7 @@ impl Plan {
                     )
                 });
                 cases.truncate(number);
-                cases.sort_by_key(|(place, _)| *place);
+                cases.sort_by_key(|(turn, _)| *turn);
             }
         }
         cases.into_iter().map(|(_, case)| case).collect()

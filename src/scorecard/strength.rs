@@ -4,7 +4,7 @@ use super::plan::Variant;
 use crate::Result;
 use crate::diagnose::{Compared, Cut, Measurements, errors};
 use crate::evaluate::problem::Data;
-use crate::evaluate::{Problem, parameters_for, structure_for};
+use crate::evaluate::{Problem, parameters_for, reference, structure_for};
 use crate::model::{Output, Outputs, Parameter};
 use crate::record::Channel;
 use crate::rig::{FULL_SCALE, Kind, Noise, Oddity, Outsider, Planted, Setup, SpoolUnit};
@@ -15,12 +15,12 @@ use rand_chacha::ChaCha8Rng;
 /// What is planted, whose value is still open.
 #[derive(Debug, Clone)]
 pub(super) struct Open {
-    part: Part,
+    cause: Cause,
     dial: Dial,
 }
 
 #[derive(Debug, Clone)]
-enum Part {
+enum Cause {
     Effect(Planted),
     Outsider(Oddity),
 }
@@ -141,7 +141,7 @@ impl Open {
             Kind::PeriodicDisturbance => Dial::rising(0.01, 0.4).times(full_scale),
         };
         Self {
-            part: Part::Effect(planted),
+            cause: Cause::Effect(planted),
             dial,
         }
     }
@@ -153,7 +153,7 @@ impl Open {
             _ => (20.0 * oddity.typical()).min(5.0),
         };
         Self {
-            part: Part::Outsider(oddity),
+            cause: Cause::Outsider(oddity),
             dial: Dial::rising(oddity.typical(), strongest),
         }
     }
@@ -162,12 +162,12 @@ impl Open {
     fn on(&self, setup: &Setup, strength: f64) -> Setup {
         let mut setup = setup.clone();
         let value = self.dial.value(strength);
-        match &self.part {
-            Part::Effect(planted) => setup.planted.push(Planted {
+        match &self.cause {
+            Cause::Effect(planted) => setup.planted.push(Planted {
                 value,
                 ..planted.clone()
             }),
-            Part::Outsider(oddity) => setup.outsiders.push(Outsider {
+            Cause::Outsider(oddity) => setup.outsiders.push(Outsider {
                 oddity: *oddity,
                 value,
             }),
@@ -228,7 +228,7 @@ fn next(tried: &mut [Tried], wanted: f64) -> f64 {
     let Some(first) = tried.iter().position(|one| one.missed >= wanted) else {
         // Too weak so far: stronger. But where an effect becomes so strong that the base model takes it for its own, as
         // it takes a slew limit for saturation, what it misses has a peak: then next to that, on the wider side.
-        let missed = |place: &usize| tried[*place].missed;
+        let missed = |index: &usize| tried[*index].missed;
         let all = 0..tried.len();
         let peak = all
             .max_by(|a, b| missed(a).total_cmp(&missed(b)))
@@ -338,8 +338,9 @@ impl Base {
         }
         let found = best?.values;
         let values = problem.complete(&found, |fixed| fixed);
-        let held_out = Compared::all(&problem.structure, &values, &measurements.hold_out);
-        let errors = errors(&problem.structure, &held_out);
+        let held_out = &measurements.hold_out;
+        let simulated = reference::trajectories(&problem.structure, &values, held_out);
+        let errors = errors(&problem.structure, &Compared::all(held_out, &simulated));
         let observed = problem.structure.observed.iter();
         let missed = observed.map(|&output| errors[output.name()].rmse / noise(output));
         self.last = Some(found);

@@ -278,18 +278,6 @@ impl Sheet {
         }
     }
 
-    /// Measured less simulated, for each quantity at each point that has it.
-    pub fn errors(&self, free: &[f64]) -> Vec<Vec<Option<f64>>> {
-        let simulated = self.simulated(&self.problem, free);
-        let one = |(measured, simulated): (&Measured, Vec<f64>)| {
-            let pairs = measured.values.iter().zip(simulated);
-            pairs
-                .map(|(measured, simulated)| Some((*measured)? - simulated))
-                .collect()
-        };
-        self.measured.iter().zip(simulated).map(one).collect()
-    }
-
     fn publish(&mut self, values: &[(&str, f64)]) {
         for (name, value) in values {
             let index = self.problem.parameters.iter().position(|p| p.name == *name);

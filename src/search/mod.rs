@@ -3,6 +3,7 @@
 mod bees;
 pub mod datasheet;
 mod fit;
+pub mod fitted_sheet;
 mod forage;
 pub mod polish;
 

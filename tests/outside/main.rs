@@ -1,6 +1,6 @@
 //! What a crate that depends on servobee does: read a record, diagnose it with an effect of its own beside the catalogue.
 
-use servobee::diagnose::{Cut, Options, Question, identify};
+use servobee::diagnose::{Cut, IdentificationProblem, Options, identify};
 use servobee::evaluate::{CpuEvaluator, Precision};
 use servobee::model::effects::{Act, CATALOGUE, Entry, Law, Port, register};
 use servobee::model::{Parameter, Real};
@@ -48,12 +48,12 @@ fn main() -> servobee::Result<()> {
         outputs: None,
     })?;
     let path = std::env::args().nth(1).expect("a record");
-    let question = Question::of(&[Record::read(path, &[])?], &[], Cut::default())?;
+    let problem = IdentificationProblem::of(&[Record::read(path, &[])?], &[], Cut::default())?;
     let entries = [CATALOGUE, &[bend]].concat();
-    let options = Options::on(&question.structure, &entries, 4);
+    let options = Options::on(&problem.structure, &entries, 4);
     let mut evaluator = CpuEvaluator::new(Precision::F32);
     let plan = Plan::of_records(1);
-    let found = identify(question, &mut evaluator, &plan, &options, &mut |_| {
+    let found = identify(problem, &mut evaluator, &plan, &options, &mut |_| {
         ControlFlow::Continue(())
     })?;
     for added in &found.added {

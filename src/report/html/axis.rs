@@ -10,11 +10,11 @@ pub(super) struct Axis {
     pub(super) label: String,
     low: f64,
     high: f64,
-    kind: Kind,
+    spacing: Spacing,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum Spacing {
     Linear,
     /// Distances are ratios.
     Log,
@@ -39,7 +39,7 @@ impl Axis {
             label: label.into(),
             low,
             high,
-            kind: Kind::Linear,
+            spacing: Spacing::Linear,
         }
     }
 
@@ -52,7 +52,7 @@ impl Axis {
             label: label.into(),
             low: low - widen,
             high: high + widen,
-            kind: Kind::Log,
+            spacing: Spacing::Log,
         }
     }
 
@@ -62,18 +62,18 @@ impl Axis {
             label: label.into(),
             low: -0.6,
             high: names.len() as f64 - 0.4,
-            kind: Kind::Names(names),
+            spacing: Spacing::Names(names),
         }
     }
 
     /// Where `value` lies: 0 at the left or the bottom, 1 at the right or on top.
     pub(super) fn share(&self, value: f64) -> f64 {
-        let place = match self.kind {
-            Kind::Linear => value,
-            Kind::Log => value.log10(),
-            Kind::Names(_) => self.high + self.low - value,
+        let at = match self.spacing {
+            Spacing::Linear => value,
+            Spacing::Log => value.log10(),
+            Spacing::Names(_) => self.high + self.low - value,
         };
-        (place - self.low) / (self.high - self.low)
+        (at - self.low) / (self.high - self.low)
     }
 
     /// Whether `value` lies on the axis.
@@ -83,8 +83,8 @@ impl Axis {
 
     /// Its lowest and its highest value.
     pub(super) fn ends(&self) -> (f64, f64) {
-        match self.kind {
-            Kind::Log => (10f64.powf(self.low), 10f64.powf(self.high)),
+        match self.spacing {
+            Spacing::Log => (10f64.powf(self.low), 10f64.powf(self.high)),
             _ => (self.low, self.high),
         }
     }
@@ -99,9 +99,9 @@ impl Axis {
     fn ticks(&self, count: usize) -> Vec<f64> {
         let range = self.high - self.low;
         let least = range / count.max(2) as f64;
-        match &self.kind {
-            Kind::Names(names) => (0..names.len()).map(|i| i as f64).collect(),
-            Kind::Linear => {
+        match &self.spacing {
+            Spacing::Names(names) => (0..names.len()).map(|i| i as f64).collect(),
+            Spacing::Linear => {
                 let ticks = self.multiples(step(least));
                 // One or two say too little of the scale.
                 match ticks.len() {
@@ -109,11 +109,11 @@ impl Axis {
                     _ => ticks,
                 }
             }
-            Kind::Log if range > 2.0 => {
+            Spacing::Log if range > 2.0 => {
                 let decades = self.multiples(least.ceil());
                 decades.into_iter().map(|at| 10f64.powf(at)).collect()
             }
-            Kind::Log => {
+            Spacing::Log => {
                 let decades = self.low.floor() as i32..=self.high.ceil() as i32;
                 let all = decades.flat_map(|d| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(d)));
                 all.filter(|value| self.holds(*value)).collect()
@@ -132,10 +132,10 @@ impl Axis {
 
     /// The label of a value.
     fn tick(&self, value: f64) -> String {
-        match &self.kind {
-            Kind::Names(names) => names.get(value as usize).cloned().unwrap_or_default(),
-            Kind::Linear => plain(value, self.high.abs().max(self.low.abs())),
-            Kind::Log => plain(value, value),
+        match &self.spacing {
+            Spacing::Names(names) => names.get(value as usize).cloned().unwrap_or_default(),
+            Spacing::Linear => plain(value, self.high.abs().max(self.low.abs())),
+            Spacing::Log => plain(value, value),
         }
     }
 

@@ -1,11 +1,12 @@
 //! The valve as a datasheet shows it: figures, flow curve, frequency response, step.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
+use super::role::Role;
 use super::rows::Rows;
 use super::words::{capitalised, listed};
-use crate::card::{Card, Cycle, Figure, Response, Step};
+use crate::card::{Card, Cycle, Figure, Point, Quantity, Response, Step};
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
 use crate::report::{explain, rounded};
@@ -74,7 +75,9 @@ fn flow_curve(cycle: &Cycle, figures: &[Figure], identified: &Identified) -> Mar
         Vec::new()
     };
     let both = || falling.iter().chain(&rising);
-    let rated = figures.iter().find(|one| one.name == "rated_flow");
+    let rated = figures
+        .iter()
+        .find(|one| one.quantity == Quantity::RatedFlow);
     let title = match rated.and_then(|one| Some((one, one.value?))) {
         Some((one, flow)) => format!(
             "{}: {} {}",
@@ -142,7 +145,7 @@ fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
             html! { "Nothing in this model moves the spool: there is no frequency response." };
         return figure("bode", &[], html! {}, &caption);
     }
-    let panel = |title: String, label: &str, limit: f64, of: fn(&crate::card::Point) -> f64| {
+    let panel = |title: String, label: &str, limit: f64, of: fn(&Point) -> f64| {
         let points = || responses.iter().flat_map(|response| &response.points);
         let mut marks = vec![Mark::Level(Role::Text, limit)];
         marks.extend(responses.iter().zip(ROLES).map(|(response, role)| {
@@ -160,10 +163,10 @@ fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
             marks,
         }
     };
-    let limits = |limit: &str| {
+    let limits = |limit: fn(f64) -> Quantity| {
         let each = responses.iter().map(|response| {
-            let name = format!("{limit}_{}", response.amplitude);
-            let figure = figures.iter().find(|figure| figure.name == name);
+            let quantity = limit(response.amplitude);
+            let figure = figures.iter().find(|figure| figure.quantity == quantity);
             let known = figure.and_then(|figure| figure.value);
             known.map_or("–".into(), |hz| rounded(hz, 3))
         });
@@ -171,13 +174,13 @@ fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
     };
     let panels = [
         panel(
-            format!("−3 dB at {} Hz", limits("amplitude_limit")),
+            format!("−3 dB at {} Hz", limits(Quantity::AmplitudeLimit)),
             "gain [dB]",
             -3.0,
             |point| point.gain,
         ),
         panel(
-            format!("−90° at {} Hz", limits("phase_limit")),
+            format!("−90° at {} Hz", limits(Quantity::PhaseLimit)),
             "phase [deg]",
             -90.0,
             |point| point.phase,

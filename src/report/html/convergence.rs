@@ -1,8 +1,9 @@
 //! How the search went.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
+use super::role::Role;
 use crate::diagnose::Identified;
 use crate::report::rounded;
 use crate::search::Fit;

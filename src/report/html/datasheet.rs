@@ -1,48 +1,48 @@
 //! The page of a datasheet: its curves and what the model makes of them.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, figure, legend};
+use super::page::{section, whole};
 use super::plot::{Mark, Panel};
+use super::role::Role;
 use super::words::{capitalised, listed};
-use super::{card, convergence, section, tables, whole};
+use super::{card, convergence, tables};
 use crate::report::{Document, ParameterReport, rounded};
-use crate::search::Fit;
 use crate::search::datasheet::{Measured, Sheet};
+use crate::search::fitted_sheet::{FittedSheet, SheetFit, rms};
 use maud::{Markup, html};
 
 /// Styles of the amplitudes of a response; more than these share the last.
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
 /// The page of curves that were fitted, each with its searches; the last of them is the result.
-pub fn datasheet_page(sheets: &[(Sheet, Vec<(&str, Fit)>)], document: &Document) -> String {
-    let answers = sheets.iter().flat_map(|(sheet, fits)| {
-        let errors = sheet.errors(best(fits).values());
+pub fn datasheet_page(sheets: &[FittedSheet], document: &Document) -> String {
+    let answers = sheets.iter().flat_map(|fitted| {
         let one = |(measured, errors): (&Measured, &Vec<Option<f64>>)| {
             let rms = rounded(rms(errors), 2);
             format!("the {} to {rms} {} RMS", measured.name, measured.unit)
         };
-        sheet
-            .measured
-            .iter()
-            .zip(&errors)
+        let measured = fitted.sheet.measured.iter();
+        measured
+            .zip(&fitted.result().errors)
             .map(one)
             .collect::<Vec<_>>()
     });
     let lead = html! {
         h1 { "The model follows " (listed(answers.collect(), "and")) "." }
-        @for (sheet, _) in sheets { @for note in &sheet.notes { p { (note) } } }
+        @for fitted in sheets { @for note in &fitted.sheet.notes { p { (note) } } }
     };
     let content = html! {
         (section("card", "The valve", card::table(&document.card)))
-        @for (i, (sheet, fits)) in sheets.iter().enumerate() {
-            (section(&format!("sheet-{}", i + 1), &capitalised(&sheet.title), html! {
-                @for figure in curves(i + 1, sheet, best(fits)) { (figure) }
-                (tables::parameters(&ParameterReport::of(&sheet.problem, best(fits)), false))
-                (searches(&format!("convergence-{}", i + 1), fits))
+        @for (i, fitted) in sheets.iter().enumerate() {
+            (section(&format!("sheet-{}", i + 1), &capitalised(&fitted.sheet.title), html! {
+                @for figure in curves(i + 1, fitted) { (figure) }
+                (tables::parameters(&ParameterReport::of(&fitted.sheet.problem, &fitted.result().fit), false))
+                (searches(&format!("convergence-{}", i + 1), &fitted.fits))
             }))
         }
         (section("remaining", "What remains", tables::undetermined(document, &|name| {
-            let mut all = sheets.iter().flat_map(|(sheet, _)| &sheet.measured);
+            let mut all = sheets.iter().flat_map(|fitted| &fitted.sheet.measured);
             let known = all.find(|measured| measured.name == name);
             known.map_or(String::new(), |measured| measured.unit.clone())
         })))
@@ -51,38 +51,39 @@ pub fn datasheet_page(sheets: &[(Sheet, Vec<(&str, Fit)>)], document: &Document)
     whole("datasheet – servobee", &lead, &content)
 }
 
-fn best<'a>(fits: &'a [(&str, Fit)]) -> &'a Fit {
-    &fits.last().expect("every sheet is fitted").1
-}
-
-fn rms(errors: &[Option<f64>]) -> f64 {
-    let known = errors.iter().flatten();
-    (known.clone().map(|value| value * value).sum::<f64>() / known.count().max(1) as f64).sqrt()
-}
-
 /// A figure for each quantity of sheet number `number`: the first one's is called after the sheet alone.
-fn curves(number: usize, sheet: &Sheet, fit: &Fit) -> Vec<Markup> {
-    let simulated = sheet.simulated(&sheet.problem, fit.values());
-    let all = sheet.measured.iter().zip(&simulated).enumerate();
-    all.map(|(i, (measured, simulated))| {
-        let id = match i {
-            0 => format!("curve-{number}"),
-            _ => format!("curve-{number}-{}", measured.name),
-        };
-        curve(&id, sheet, measured, simulated)
-    })
-    .collect()
+fn curves(number: usize, fitted: &FittedSheet) -> Vec<Markup> {
+    let FittedSheet { sheet, .. } = fitted;
+    let SheetFit {
+        simulated, errors, ..
+    } = fitted.result();
+    let all = sheet.measured.iter().zip(simulated.iter().zip(errors));
+    all.enumerate()
+        .map(|(i, (measured, (simulated, errors)))| {
+            let id = match i {
+                0 => format!("curve-{number}"),
+                _ => format!("curve-{number}-{}", measured.name),
+            };
+            curve(&id, sheet, measured, simulated, errors)
+        })
+        .collect()
 }
 
 /// The points of the sheet, the fitted model through them, and what it leaves.
-fn curve(id: &str, sheet: &Sheet, measured: &Measured, simulated: &[f64]) -> Markup {
+fn curve(
+    id: &str,
+    sheet: &Sheet,
+    measured: &Measured,
+    simulated: &[f64],
+    error: &[Option<f64>],
+) -> Markup {
     let (quantity, unit) = (measured.name, &measured.unit);
     let simulated: Vec<Option<f64>> = simulated.iter().copied().map(Some).collect();
     let measured = &measured.values;
-    // The last axis is along the curve; one before it parts the points into curves.
-    let along = |point: &[f64]| *point.last().expect("a point has a place");
+    // The last axis is along the curve; one before it separates the points into curves.
+    let along = |point: &[f64]| *point.last().expect("a point lies on an axis");
     let label = sheet.axes.last().expect("a sheet has an axis").clone();
-    let places: Vec<f64> = sheet.points.iter().map(|point| along(point)).collect();
+    let positions: Vec<f64> = sheet.points.iter().map(|point| along(point)).collect();
     let mut amplitudes: Vec<f64> = sheet
         .points
         .iter()
@@ -108,14 +109,9 @@ fn curve(id: &str, sheet: &Sheet, measured: &Measured, simulated: &[f64]) -> Mar
             amplitudes.into_iter().map(Some).zip(roles).collect()
         }
     };
-    let error: Vec<Option<f64>> = measured
-        .iter()
-        .zip(&simulated)
-        .map(|(measured, simulated)| Some((*measured)? - (*simulated)?))
-        .collect();
     let x = match sheet.axes.len() {
-        1 => Axis::over(label, places),
-        _ => Axis::log(label, places),
+        1 => Axis::over(label, positions),
+        _ => Axis::log(label, positions),
     };
     let lines = |values: &[Option<f64>]| -> Vec<Mark> {
         let line =
@@ -146,14 +142,14 @@ fn curve(id: &str, sheet: &Sheet, measured: &Measured, simulated: &[f64]) -> Mar
             marks: both(lines(&simulated), dots(measured)),
         },
         Panel {
-            title: format!("What is left: {} {unit} RMS", rounded(rms(&error), 2)),
+            title: format!("What is left: {} {unit} RMS", rounded(rms(error), 2)),
             size: (460, 300),
             x,
             y: Axis::over(
                 format!("measured less model [{unit}]"),
                 error.iter().flatten().copied().chain([0.0]),
             ),
-            marks: both(vec![Mark::Level(Role::Text, 0.0)], dots(&error)),
+            marks: both(vec![Mark::Level(Role::Text, 0.0)], dots(error)),
         },
     ];
     let names = |what: &str| -> Vec<String> {
@@ -184,10 +180,10 @@ fn curve(id: &str, sheet: &Sheet, measured: &Measured, simulated: &[f64]) -> Mar
 }
 
 /// The best cost of each search over its generations.
-fn searches(id: &str, fits: &[(&str, Fit)]) -> Markup {
+fn searches(id: &str, fits: &[SheetFit]) -> Markup {
     let panels: Vec<Panel> = fits
         .iter()
-        .map(|(name, fit)| convergence::bees(&capitalised(name), fit, "cost", &|cost| cost))
+        .map(|one| convergence::bees(&capitalised(one.search), &one.fit, "cost", &|cost| cost))
         .collect();
     let entries = [
         (Role::Before, Key::Line, "best of the bees"),

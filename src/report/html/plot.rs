@@ -1,7 +1,7 @@
 //! Plots as SVG.
 
 use super::axis::Axis;
-use super::figure::Role;
+use super::role::Role;
 use maud::{Markup, PreEscaped, html};
 use plotters::coord::Shift;
 use plotters::prelude::*;

@@ -1,13 +1,14 @@
 //! Every effect that was looked at, round by round.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
+use super::role::Role;
 use crate::diagnose::{Considered, Decision, Identified};
 use crate::report::{explain, rounded};
 use maud::{Markup, html};
 
-/// Below this share of what would be significant all promises look alike.
+/// Below this test ratio all effects are drawn alike.
 const LEAST: f64 = 0.03;
 /// Effects that a later round shows.
 const FEW: usize = 10;
@@ -37,7 +38,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
         .iter()
         .filter(|one| one.round == round)
         .collect();
-    list.sort_by(|a, b| b.above_chance.total_cmp(&a.above_chance));
+    list.sort_by(|a, b| b.test_ratio.total_cmp(&a.test_ratio));
     // What looks like chance in a later round was shown in the first.
     let shown = if round == 1 {
         list.len()
@@ -49,7 +50,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
         .copied()
         .filter(|one| one.error.is_some())
         .collect();
-    let mut panels = vec![promises(&list[..shown], round)];
+    let mut panels = vec![test_ratios(&list[..shown], round)];
     if !refitted.is_empty() {
         panels.push(errors(refitted));
     }
@@ -63,9 +64,9 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
         (Role::Spread, Key::Area, "not refitted"),
         (Role::Noise, Key::Line, line),
     ];
-    let significant = list.iter().filter(|one| one.above_chance > 1.0).count();
+    let significant = list.iter().filter(|one| one.test_ratio > 1.0).count();
     let caption = html! {
-        (explain::PROMISE) " Here promises, from simulations at several values of the effect, are in units "
+        (explain::PREDICTED_REDUCTION) " Here promises, from simulations at several values of the effect, are in units "
         "of what the best of all effects promises by chance in one of 100 records: " (significant) " of " (list.len())
         " reach beyond that line. The plausible ones of those were fitted together with the model; the error on rows that were "
         "held out decides, and of equal ones the simpler. "
@@ -86,7 +87,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
                 tbody { @for one in &list {
                     tr {
                         td { (one.effect) }
-                        td.n { (format!("{:.1} %", one.promise)) }
+                        td.n { (format!("{:.1} %", one.predicted_reduction)) }
                         td.n { (format!("{:.3}", one.p_value)) }
                         td.n { (one.error.map_or("–".into(), |error| format!("{error:.3}"))) }
                         td { (one.decision.describe()) }
@@ -105,8 +106,8 @@ fn names(list: &[&Considered]) -> Vec<String> {
     list.iter().map(|one| one.effect.to_string()).collect()
 }
 
-/// What each effect promises, in units of the limit of chance.
-fn promises(list: &[&Considered], round: usize) -> Panel {
+/// The test ratio of each effect: what it promises, in units of the limit of chance.
+fn test_ratios(list: &[&Considered], round: usize) -> Panel {
     let role = |one: &Considered| match one.error {
         _ if is_chosen(one) => Role::After,
         Some(_) => Role::Measured,
@@ -115,15 +116,15 @@ fn promises(list: &[&Considered], round: usize) -> Panel {
     let bars = list
         .iter()
         .enumerate()
-        .map(|(row, one)| Mark::Length(role(one), one.above_chance.max(LEAST), row as f64));
+        .map(|(row, one)| Mark::Length(role(one), one.test_ratio.max(LEAST), row as f64));
     let mut marks: Vec<Mark> = bars.collect();
     marks.push(Mark::Upright(Role::Noise, 1.0));
-    let values = list.iter().map(|one| one.above_chance.max(LEAST));
-    let finding = match list.first().filter(|best| best.above_chance > 1.0) {
+    let values = list.iter().map(|one| one.test_ratio.max(LEAST));
+    let finding = match list.first().filter(|best| best.test_ratio > 1.0) {
         Some(best) => format!(
             "{} promises {} times what chance does",
             best.effect,
-            rounded(best.above_chance, 2)
+            rounded(best.test_ratio, 2)
         ),
         None => "none promises more than chance".into(),
     };

@@ -19,15 +19,12 @@ pub(super) struct Rows {
     pub(super) before: Vec<f64>,
     /// Simulated by the result.
     pub(super) after: Vec<f64>,
-    /// Consecutive rows, one for each record or part of it.
-    pub(super) parts: Vec<Part>,
+    /// Consecutive rows, one for each record or side of it.
+    pub(super) records: Vec<RecordRows>,
 }
 
-/// (command, measured, simulated) of rows.
-type Simulated = Vec<(f64, f64, f64)>;
-
 /// Consecutive rows of one record.
-pub(super) struct Part {
+pub(super) struct RecordRows {
     pub(super) record: String,
     /// Time in the record less time on the axis, s.
     pub(super) shift: f64,
@@ -37,72 +34,54 @@ pub(super) struct Part {
 
 impl Rows {
     /// The rows of `output`.
-    pub(super) fn new(identified: &Identified, output: Output) -> Self {
-        let measurements = &identified.measurements;
-        let simulate = |records: &[Series]| -> Vec<[Simulated; 2]> {
-            let of = |fitted: &crate::diagnose::Fitted| -> Vec<Simulated> {
-                let compared = Compared::all(&fitted.problem.structure, &fitted.values, records);
-                compared
-                    .iter()
-                    .map(|one| one.rows(output).collect())
-                    .collect()
-            };
-            let pairs = of(&identified.before)
-                .into_iter()
-                .zip(of(&identified.after));
-            pairs.map(|(before, after)| [before, after]).collect()
+    pub(super) fn new<'i>(identified: &'i Identified, output: Output) -> Self {
+        let [before, after] = [&identified.before, &identified.after]
+            .map(|fitted| fitted.beside(&identified.measurements));
+        let pairs = |before: Vec<Compared<'i>>, after: Vec<Compared<'i>>, held_out: bool| {
+            let pairs = before.into_iter().zip(after);
+            pairs.map(move |(before, after)| (before, after, held_out))
         };
-        let fitted = measurements.fit.iter().zip(simulate(&measurements.fit));
-        let held = measurements
-            .hold_out
-            .iter()
-            .zip(simulate(&measurements.hold_out));
-        let tagged = |held_out| move |(series, rows)| (series, rows, held_out);
-        let mut all: Vec<(&Series, [Simulated; 2], bool)> = Vec::new();
+        let fitted = pairs(before.fit, after.fit, false);
+        let held = pairs(before.hold_out, after.hold_out, true);
+        let mut all = Vec::new();
         // The end of a record follows its beginning.
-        if measurements.hold_out.iter().any(runs_in) {
-            let pairs = fitted.map(tagged(false)).zip(held.map(tagged(true)));
-            all.extend(pairs.flat_map(|(fitted, held)| [fitted, held]));
+        if identified.measurements.hold_out.iter().any(runs_in) {
+            all.extend(fitted.zip(held).flat_map(|(fitted, held)| [fitted, held]));
         } else {
-            all.extend(fitted.map(tagged(false)).chain(held.map(tagged(true))));
+            all.extend(fitted.chain(held));
         }
         let mut result = Self {
             time: Vec::new(),
             measured: Vec::new(),
             before: Vec::new(),
             after: Vec::new(),
-            parts: Vec::new(),
+            records: Vec::new(),
         };
-        for (series, [before, after], held_out) in all {
-            result.append(series, &before, &after, held_out);
+        for (before, after, held_out) in all {
+            result.append(before, after, output, held_out);
         }
         result
     }
 
-    fn append(
-        &mut self,
-        series: &Series,
-        before: &[(f64, f64, f64)],
-        after: &[(f64, f64, f64)],
-        held_out: bool,
-    ) {
+    fn append(&mut self, before: Compared, after: Compared, output: Output, held_out: bool) {
+        let series = before.series;
         let counted = series.time.iter().zip(&series.samples);
         let time: Vec<f64> = counted
             .filter(|(_, sample)| sample.weight > 0.0)
             .map(|(time, _)| *time)
             .collect();
         let Some(first) = time.first() else { return };
-        let shift = match (self.parts.last(), self.time.last()) {
-            (Some(part), _) if held_out && runs_in(series) => part.shift,
+        let shift = match (self.records.last(), self.time.last()) {
+            (Some(one), _) if held_out && runs_in(series) => one.shift,
             (_, Some(end)) => first - end - 0.01 * (time[time.len() - 1] - first),
             _ => 0.0,
         };
         let from = self.time.len();
         self.time.extend(time.iter().map(|time| time - shift));
-        self.measured.extend(before.iter().map(|row| row.1));
-        self.before.extend(before.iter().map(|row| row.2));
-        self.after.extend(after.iter().map(|row| row.2));
-        self.parts.push(Part {
+        self.measured.extend(before.rows(output).map(|row| row.1));
+        self.before.extend(before.rows(output).map(|row| row.2));
+        self.after.extend(after.rows(output).map(|row| row.2));
+        self.records.push(RecordRows {
             record: series.name.clone(),
             shift,
             held_out,
@@ -124,9 +103,9 @@ impl Rows {
         for row in rows {
             if row > 0
                 && self
-                    .parts
+                    .records
                     .iter()
-                    .any(|part| part.rows.start == row && self.gap(row))
+                    .any(|one| one.rows.start == row && self.gap(row))
             {
                 line.push((f64::NAN, f64::NAN));
             }
@@ -144,16 +123,16 @@ impl Rows {
     /// Mean interval between rows, s.
     pub(super) fn interval(&self) -> f64 {
         let seconds: f64 = self
-            .parts
+            .records
             .iter()
-            .map(|part| self.time[part.rows.end - 1] - self.time[part.rows.start])
+            .map(|one| self.time[one.rows.end - 1] - self.time[one.rows.start])
             .sum();
-        seconds / (self.time.len() - self.parts.len()).max(1) as f64
+        seconds / (self.time.len() - self.records.len()).max(1) as f64
     }
 
     /// The stretches of rows where the squares of `first`, and then of `second`, are largest; they do not overlap.
-    pub(super) fn worst(&self, first: &[f64], second: &[f64]) -> Vec<(Range<usize>, &Part)> {
-        let mut found: Vec<(Range<usize>, &Part)> = Vec::new();
+    pub(super) fn worst(&self, first: &[f64], second: &[f64]) -> Vec<(Range<usize>, &RecordRows)> {
+        let mut found: Vec<(Range<usize>, &RecordRows)> = Vec::new();
         for residual in [first, second] {
             let taken = found.first().map(|(rows, _)| rows.clone());
             let free = |rows: &Range<usize>| {
@@ -163,13 +142,13 @@ impl Rows {
             };
             let squares =
                 |rows: &Range<usize>| residual[rows.clone()].iter().map(|r| r * r).sum::<f64>();
-            let windows = self.parts.iter().flat_map(|part| {
+            let windows = self.records.iter().flat_map(|one| {
                 let length = STRETCH
                     .min((self.time.len() / 20).max(SHORTEST))
-                    .min(part.rows.len());
+                    .min(one.rows.len());
                 let step = (length / 8).max(1);
-                let from = (part.rows.start..=part.rows.end - length).step_by(step);
-                from.map(move |from| (from..from + length, part))
+                let from = (one.rows.start..=one.rows.end - length).step_by(step);
+                from.map(move |from| (from..from + length, one))
             });
             let worst = windows
                 .filter(|(rows, _)| free(rows))

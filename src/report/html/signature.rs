@@ -1,28 +1,29 @@
 //! What gave an effect away.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
+use super::role::Role;
 use super::words::{capitalised, spoken};
-use crate::diagnose::{Added, Contest, Fitted, Identified, Refit, Signature, Verdict, signatures};
-use crate::evaluate::problem::Series;
+use crate::diagnose::{Added, Contest, Identified, Signature, Verdict};
 use crate::model::Structure;
 use crate::report::rounded;
 use maud::{Markup, html};
 
 /// The signatures of everything that was added, or of the residual where nothing was.
 pub(super) fn all(identified: &Identified) -> Vec<Markup> {
-    let records = &identified.measurements.fit;
+    let structure = &identified.before.problem.structure;
     let contested = identified
         .added
         .iter()
         .filter_map(|one| Some((one, one.contest.as_ref()?)));
     let figures: Vec<Markup> = contested
+        .zip(&identified.signatures)
         .enumerate()
-        .map(|(i, (added, contest))| of_effect(&id(i), added, contest, records))
+        .map(|(i, ((added, contest), found))| of_effect(&id(i), added, contest, found, structure))
         .collect();
     match figures.is_empty() {
-        true => vec![of_residual(identified, records)],
+        true => vec![of_residual(identified)],
         false => figures,
     }
 }
@@ -35,16 +36,15 @@ fn id(i: usize) -> String {
     }
 }
 
-fn of_effect(id: &str, added: &Added, contest: &Contest, records: &[Series]) -> Markup {
+fn of_effect(
+    id: &str,
+    added: &Added,
+    contest: &Contest,
+    found: &[Signature],
+    structure: &Structure,
+) -> Markup {
     let effect = &spoken(added.effect);
-    let Contest {
-        without,
-        with,
-        rival,
-    } = contest;
-    let mut models = vec![with];
-    models.extend(rival.iter().map(|rival| &rival.refit));
-    let found = signatures(without, &models, records);
+    let rival = &contest.rival;
     let tied = rival
         .as_ref()
         .is_some_and(|rival| added.tied_with.contains(&rival.effect));
@@ -70,57 +70,38 @@ fn of_effect(id: &str, added: &Added, contest: &Contest, records: &[Series]) -> 
         },
     ];
     let caption = html! {
-        "What the model leaves without " (effect) ", in groups of rows with nearly the same " (signal(&found, 0)) ": the median "
+        "What the model leaves without " (effect) ", in groups of rows with nearly the same " (signal(found, 0)) ": the median "
         "of each, and its spread. The line is what " (effect) " adds to the simulation of these rows, so that it should go "
         "through the medians. "
         @if let (Some((rival, error)), Some(_)) = (&rival, found.get(1)) {
             "Its closest rival is " (rival) ", fitted in its place (held-out error " (rounded(*error, 3)) " times the noise): "
-            "on the right the signal over which the two differ most, " (signal(&found, 1)) ". "
+            "on the right the signal over which the two differ most, " (signal(found, 1)) ". "
             @if tied { "This record cannot tell the two apart. " }
         } @else {
             "No other effect came close enough to be fitted in its place. "
         }
-        (explained(&found))
+        (explained(found))
     };
     figure(
         id,
-        &panels(&found, &without.structure, titles),
+        &panels(found, structure, titles),
         legend(&entries),
         &caption,
     )
 }
 
-fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
-    let base = refit(&identified.before);
-    let form = identified
-        .free_form
-        .is_some()
-        .then(|| refit(&identified.after));
-    let refitted = identified
-        .considered
-        .iter()
-        .filter(|one| one.round == 1 && one.refit.is_some());
-    let closest = refitted.min_by(|a, b| {
-        a.error
-            .unwrap_or(f64::INFINITY)
-            .total_cmp(&b.error.unwrap_or(f64::INFINITY))
-    });
+fn of_residual(identified: &Identified) -> Markup {
+    let found = identified.signatures.first().map_or(&[][..], Vec::as_slice);
+    let has_form = identified.free_form.is_some();
     let unexplained = identified.verdict == Verdict::Unexplained;
-    let rival = closest.filter(|_| unexplained);
-    let mut models: Vec<&Refit> = Vec::new();
-    models.extend(&form);
-    // Without a curve to compare it with, the rival must not choose the signal.
-    let drawn = rival.filter(|_| form.is_some());
-    models.extend(drawn.and_then(|one| one.refit.as_ref()));
-    let found = signatures(&base, &models, records);
     let over = |i: usize| found.get(i).map_or("", |one| one.signal.as_str());
-    let rival = rival.map(|one| spoken(one.effect));
+    let rival = identified.closest().map(|one| spoken(one.effect));
     let mut entries = marks_of_rows();
     let mut roles = Vec::new();
-    if form.is_some() {
+    if has_form {
         roles.push((Role::After, Key::Line, "the curve of free form"));
     }
-    if let (Some(rival), Some(_)) = (&rival, drawn) {
+    if let Some(rival) = rival.as_ref().filter(|_| has_form) {
         roles.push((Role::Rival, Key::Line, rival));
     }
     entries.extend(&roles);
@@ -129,9 +110,9 @@ fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
         format!("Where the two part: over the {}", over(1)),
     ];
     let caption = html! {
-        "What the base model leaves, in groups of rows with nearly the same " (signal(&found, 0)) ": the median of each, and its "
+        "What the base model leaves, in groups of rows with nearly the same " (signal(found, 0)) ": the median of each, and its "
         "spread. "
-        @match (unexplained, form.is_some(), &rival) {
+        @match (unexplained, has_form, &rival) {
             (false, _, _) => "No signal of this record shows more: this is the one on which the residual depends most. ",
             (true, true, _) => "The line is what the curve of free form adds to the simulation of these rows. ",
             (true, false, _) => "No curve of a signal helped on the rows that were held out. ",
@@ -140,23 +121,15 @@ fn of_residual(identified: &Identified, records: &[Series]) -> Markup {
             @if identified.asked_all() { "Of the catalogue " } @else { "Of the effects that were asked " }
             (rival) " comes closest, and does not follow. "
         }
-        (explained(&found))
+        (explained(found))
     };
     let roles: Vec<Role> = roles.iter().map(|(role, _, _)| *role).collect();
     figure(
         "signature",
-        &panels_as(&found, &base.structure, titles, &roles),
+        &panels_as(found, &identified.before.problem.structure, titles, &roles),
         legend(&entries),
         &caption,
     )
-}
-
-fn refit(fitted: &Fitted) -> Refit {
-    let mut refit = Refit::from(&fitted.problem);
-    for (parameter, value) in refit.parameters.iter_mut().zip(&fitted.values) {
-        parameter.start = *value;
-    }
-    refit
 }
 
 fn marks_of_rows() -> Vec<(Role, Key, &'static str)> {

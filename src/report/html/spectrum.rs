@@ -1,8 +1,9 @@
 //! The residual over frequency.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, before_and_after, figure, legend};
+use super::figure::{Key, before_and_after, figure, legend};
 use super::plot::{Mark, Panel};
+use super::role::Role;
 use super::rows::Rows;
 use crate::diagnose::{Identified, spectral_density};
 use crate::model::Output;
@@ -17,12 +18,12 @@ pub(super) fn of(identified: &Identified, output: Output, rows: &Rows) -> Markup
     let interval = rows.interval();
     let density = |simulated: &[f64]| {
         let residual = rows.residual(simulated);
-        let parts: Vec<&[f64]> = rows
-            .parts
+        let stretches: Vec<&[f64]> = rows
+            .records
             .iter()
-            .map(|part| &residual[part.rows.clone()])
+            .map(|one| &residual[one.rows.clone()])
             .collect();
-        spectral_density(&parts, interval)
+        spectral_density(&stretches, interval)
     };
     let mut lines = vec![(Role::Before, density(&rows.before))];
     if changed {

@@ -1,8 +1,9 @@
 //! Numbers: errors, parameters, what remains, and how it was run.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, figure, legend};
+use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
+use super::role::Role;
 use crate::diagnose::Identified;
 use crate::report::{Document, FreeFormReport, ParameterReport, number};
 use maud::{Markup, html};
@@ -136,12 +137,12 @@ pub(super) fn free_form(form: &FreeFormReport) -> Markup {
         .iter()
         .map(|knot| (knot.signal, knot.value))
         .collect();
-    let place = match &form.channel {
+    let port = match &form.channel {
         Some(channel) => format!("the measured {channel}"),
         None => format!("the {} port", form.port),
     };
     let panel = Panel {
-        title: format!("A curve of the {} at {place}", form.signal),
+        title: format!("A curve of the {} at {port}", form.signal),
         size: (940, 260),
         x: Axis::over(
             format!("{} [{}]", form.signal, form.signal_unit),
@@ -158,7 +159,7 @@ pub(super) fn free_form(form: &FreeFormReport) -> Markup {
         ],
     };
     let caption = html! {
-        "What is missing, without a name: what has to be added at " (place) " for each value of the " (form.signal) ". Straight "
+        "What is missing, without a name: what has to be added at " (port) " for each value of the " (form.signal) ". Straight "
         "between the knots, constant beyond them."
     };
     figure(

@@ -1,11 +1,12 @@
 //! Measured and simulated over time, and what they differ by.
 
 use super::axis::Axis;
-use super::figure::{Key, Role, before_and_after, figure, legend};
+use super::figure::{Key, before_and_after, figure, legend};
 use super::plot::{Mark, Panel};
-use super::rows::{Part, Rows};
+use super::role::Role;
+use super::rows::{RecordRows, Rows};
 use super::words;
-use crate::diagnose::Identified;
+use crate::diagnose::{Identified, NoiseMethod};
 use crate::model::Output;
 use crate::report::rounded;
 use maud::{Markup, html};
@@ -65,12 +66,12 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
     };
     let zooms = rows.worst(&before, &after).into_iter().zip([first, second]);
     let mut panels = vec![all];
-    panels.extend(zooms.map(|((range, part), title)| {
+    panels.extend(zooms.map(|((range, one), title)| {
         panel(
-            format!("{title}: {}", place(part)),
+            format!("{title}: {}", label(one)),
             (460, 260),
             range,
-            part.shift,
+            one.shift,
             "time [s]",
         )
     }));
@@ -90,7 +91,7 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
     entries.push((Role::HeldOut, Key::Area, "held out"));
     let caption = html! {
         "The " (channel) " as it was measured and as it is simulated. The shaded rows were never fitted. "
-        @if rows.parts.iter().any(|part| part.record != rows.parts[0].record) { "Records from left to right: " (records(rows)) ". " }
+        @if rows.records.iter().any(|one| one.record != rows.records[0].record) { "Records from left to right: " (records(rows)) ". " }
         "Below, the two stretches that differ most from the measurement, enlarged."
     };
     figure(
@@ -129,9 +130,9 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
             marks.push(Mark::Line(*role, rows.line(residual, 0..residual.len())));
             marks.extend([-2.0, 2.0].map(|times| Mark::Level(Role::Noise, times * noise)));
             let held = |row: &usize| {
-                rows.parts
+                rows.records
                     .iter()
-                    .any(|part| part.held_out && part.rows.contains(row))
+                    .any(|one| one.held_out && one.rows.contains(row))
             };
             let squares: Vec<f64> = (0..residual.len())
                 .filter(held)
@@ -172,38 +173,42 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
 }
 
 /// Where the noise floor is from, as part of a sentence.
-fn method(name: &'static str) -> &'static str {
-    match name {
-        "repeated command" => "what differs where the command repeats itself",
-        "quiet stretches" => "stretches in which the command rests",
-        _ => "the fast part of the residual",
+fn method(method: NoiseMethod) -> &'static str {
+    match method {
+        NoiseMethod::RepeatedCommand => "what differs where the command repeats itself",
+        NoiseMethod::QuietStretches => "stretches in which the command rests",
+        NoiseMethod::Differences => "the fast part of the residual",
     }
 }
 
 fn time_axis(rows: &Rows) -> &'static str {
-    match rows.parts.iter().any(|part| part.shift != 0.0) {
+    match rows.records.iter().any(|one| one.shift != 0.0) {
         true => "time, records one after another [s]",
         false => "time [s]",
     }
 }
 
 fn held_out(rows: &Rows, shift: f64) -> Vec<Mark> {
-    let held = rows.parts.iter().filter(|part| part.held_out);
+    let held = rows.records.iter().filter(|one| one.held_out);
     let time = |row: usize| rows.time[row] + shift;
-    held.map(|part| {
+    held.map(|one| {
         Mark::Span(
             Role::HeldOut,
-            (time(part.rows.start), time(part.rows.end - 1)),
+            (time(one.rows.start), time(one.rows.end - 1)),
         )
     })
     .collect()
 }
 
-fn place(part: &Part) -> String {
-    let side = if part.held_out { "held out" } else { "fitted" };
-    format!("{}, {side}", part.record)
+fn label(one: &RecordRows) -> String {
+    let side = if one.held_out { "held out" } else { "fitted" };
+    format!("{}, {side}", one.record)
 }
 
 fn records(rows: &Rows) -> String {
-    rows.parts.iter().map(place).collect::<Vec<_>>().join("; ")
+    rows.records
+        .iter()
+        .map(label)
+        .collect::<Vec<_>>()
+        .join("; ")
 }

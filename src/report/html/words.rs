@@ -110,12 +110,12 @@ fn error(identified: &Identified, output: Output) -> Option<String> {
 
 /// What a correction of free form does.
 pub(super) fn correction(form: &FreeFormReport) -> String {
-    let place = match &form.channel {
+    let port = match &form.channel {
         Some(channel) => format!("to the measured {channel}"),
         None => format!("at the {} port", form.port),
     };
     format!(
-        "A curve of the {} that is added {place} lowers the held-out error from {} to {} times the noise.",
+        "A curve of the {} that is added {port} lowers the held-out error from {} to {} times the noise.",
         form.signal,
         rounded(form.error_before, 3),
         rounded(form.error_after, 3)

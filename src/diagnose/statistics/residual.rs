@@ -5,12 +5,12 @@ mod signals;
 mod size;
 mod spectrum;
 
-use crate::search::polish::autocorrelation_inflation;
-use family::Family;
+use super::rows::{coloured, standardised};
+use family::{Family, Sign};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rustfft::num_complex::Complex;
-pub(super) use signals::rate;
+pub use signals::Residuals;
 use signals::{Bins, Pair, Pattern, Signals};
 use spectrum::Spectrum;
 use statrs::function::erf::erfc;
@@ -22,27 +22,12 @@ const SURROGATES: usize = 99;
 const LEVEL: f64 = 0.02;
 /// The tests of a channel that share [`LEVEL`]: dependence, size, line, constant.
 const FAMILIES: f64 = 4.0;
-/// Structure that explains a smaller part of the residual's variance is not reported, however certain it is. Removing
+/// Structure that explains a smaller share of the residual's variance is not reported, however certain it is. Removing
 /// it would change the residual's RMS by half a percent: a tenth of what the noise floor itself is known to, and a
 /// twentieth of the margin over it that a fit is given.
 const MATERIAL: f64 = 0.01;
 /// Fewer rows show nothing.
 const FEWEST: usize = 128;
-
-/// What a fit left over in the rows that were fitted, and what is known about those rows; records one after another.
-#[derive(Debug, Clone, Copy)]
-pub struct Residuals<'a> {
-    /// Measured less simulated, for each channel.
-    pub channels: &'a [&'a [f64]],
-    /// The row at which each record starts, from 0 upwards.
-    pub starts: &'a [usize],
-    /// Time of each row, s; it rises within a record.
-    pub time: &'a [f64],
-    /// The command in each row.
-    pub command: &'a [f64],
-    /// Other signals and their names: simulated spool, pressures, x·Δp, squared flow, temperature.
-    pub known: &'a [(&'a str, &'a [f64])],
-}
 
 /// What is left in the residual of a channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +35,7 @@ pub struct Remaining {
     /// Whether it is more than noise.
     pub structured: bool,
     /// What it depends on, the strongest first: the correlation coefficient, with its sign where the dependence has
-    /// one. Its square is the part of the variance that is explained.
+    /// one. Its square is the share of the variance that is explained.
     pub correlates_with: Vec<(String, f64)>,
     /// The chance that noise alone shows as much in any test and channel of the record.
     pub p_value: f64,
@@ -65,15 +50,6 @@ impl Remaining {
             p_value: 1.0,
         }
     }
-}
-
-/// One sign of structure.
-struct Sign {
-    name: String,
-    /// Correlation coefficient.
-    strength: f64,
-    /// Chance of it in its family of tests.
-    p_value: f64,
 }
 
 /// Tests the residual of every channel for structure:
@@ -263,25 +239,6 @@ impl<'a> Tests<'a> {
     }
 }
 
-/// Long-run variance of the residual over its variance, about its mean: how many of its rows carry the information of
-/// one independent row.
-pub fn coloured(residual: &[f64], starts: &[usize]) -> f64 {
-    let mean = residual.iter().sum::<f64>() / residual.len().max(1) as f64;
-    let centred: Vec<f64> = residual.iter().map(|value| value - mean).collect();
-    autocorrelation_inflation(&stretches(&centred, starts))
-}
-
-/// The runs of consecutive rows in `values`.
-pub(super) fn stretches<'a, T>(values: &'a [T], starts: &[usize]) -> Vec<&'a [T]> {
-    let count = values.len();
-    let ends = starts.iter().skip(1).chain(Some(&count));
-    starts
-        .iter()
-        .zip(ends)
-        .map(|(&start, &end)| &values[start..end])
-        .collect()
-}
-
 /// The mean over the root mean square, and how likely coloured noise brings it so far from zero.
 fn offset(residual: &[f64], starts: &[usize]) -> Option<Sign> {
     let count = residual.len() as f64;
@@ -301,24 +258,6 @@ fn offset(residual: &[f64], starts: &[usize]) -> Option<Sign> {
         strength: mean / square.sqrt(),
         p_value: erfc(mean.abs() / error / SQRT_2),
     })
-}
-
-/// With mean 0 and sum of squares 1; all zero for a constant.
-fn standardised(values: &[f64]) -> Vec<f64> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let norm = values
-        .iter()
-        .map(|v| (v - mean).powi(2))
-        .sum::<f64>()
-        .sqrt();
-    // What rounding leaves of a constant is nothing.
-    let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    let scale = if norm > 1e-12 * largest {
-        1.0 / norm
-    } else {
-        0.0
-    };
-    values.iter().map(|v| (v - mean) * scale).collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,15 @@
-//! What a diagnosis is asked: a base model, and the measurements that it shall follow.
+//! The problem of a diagnosis: a base model, the measurements that it shall follow, and the effects that may be added to it.
 
-use super::{Cut, Measurements};
+use super::measurements::{Cut, Measurements};
 use crate::Result;
 use crate::evaluate::{parameters_for, scale_of, structure_for};
-use crate::model::effects::Scale;
+use crate::model::effects::{Effect, Entry, Scale};
 use crate::model::{Parameter, Structure};
 use crate::record::Record;
 
 /// A base model, and the measurements that it shall follow.
 #[derive(Debug, Clone)]
-pub struct Question {
+pub struct IdentificationProblem {
     /// The base model.
     pub structure: Structure,
     /// Its parameters.
@@ -22,7 +22,7 @@ pub struct Question {
     pub hold_known: bool,
 }
 
-impl Question {
+impl IdentificationProblem {
     /// The base model that the channels of `records` ask for, with bounds from their values: see [`structure_for`] and
     /// [`parameters_for`].
     ///
@@ -57,5 +57,36 @@ impl Question {
             parameters,
             hold_known: true,
         })
+    }
+}
+
+/// What a diagnosis may add to the base model.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The effects; those that do not act on the structure are passed over.
+    pub effects: Vec<Effect>,
+    /// At most so many are added.
+    pub max_effects: usize,
+}
+
+impl Options {
+    /// At most `max_effects` of `entries`, in every form in which they can act on `structure`.
+    pub fn on(structure: &Structure, entries: &[&'static Entry], max_effects: usize) -> Self {
+        let effects = entries.iter().flat_map(|entry| entry.on(structure));
+        Self {
+            effects: effects.collect(),
+            max_effects,
+        }
+    }
+
+    /// The effects that may be added to `structure`.
+    pub(super) fn asked(&self, structure: &Structure) -> Vec<Effect> {
+        let new = |effect: &&Effect| {
+            !structure.effects.contains(effect) && effect.entry.on(structure).contains(effect)
+        };
+        match self.max_effects {
+            0 => Vec::new(),
+            _ => self.effects.iter().filter(new).copied().collect(),
+        }
     }
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::diagnose::simulated::{command, filtered, white};
+use crate::diagnose::statistics::simulated::{command, filtered, white};
 use rayon::prelude::*;
 
 fn look(channels: &[&[f64]], command: &[f64], spool: &[f64], seed: u64) -> Vec<Remaining> {

@@ -1,8 +1,8 @@
 //! Whether the residual is larger in some rows than in others.
 
-use super::family::Family;
+use super::family::{Family, Sign};
 use super::signals::{Bins, Signals};
-use super::{Sign, standardised, stretches};
+use crate::diagnose::statistics::rows::{standardised, stretches};
 use rand::Rng;
 use rand::seq::SliceRandom;
 

@@ -52,7 +52,7 @@ pub fn spectral_density(stretches: &[&[f64]], interval: f64) -> Vec<(f64, f64)> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::simulated::white;
+    use crate::diagnose::statistics::simulated::white;
 
     #[test]
     fn white_noise_is_level_at_its_density_and_a_line_stands_where_it_is() {

@@ -9,7 +9,7 @@ const AROUND: usize = 25;
 const PADDING: usize = 4;
 
 /// The frequency (Hz) of the line that stands out most from the spectrum around it, for rows `interval` seconds apart.
-pub(super) fn strongest_line(residual: &[f64], interval: f64) -> Option<f64> {
+pub(in crate::diagnose) fn strongest_line(residual: &[f64], interval: f64) -> Option<f64> {
     let count = residual.len();
     if count < 8 * AROUND {
         return None;
@@ -53,7 +53,7 @@ pub(super) fn strongest_line(residual: &[f64], interval: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::simulated::white;
+    use crate::diagnose::statistics::simulated::white;
 
     #[test]
     fn a_line_between_two_bins_is_found_under_noise_and_drift() {

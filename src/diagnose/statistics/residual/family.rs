@@ -5,6 +5,15 @@ use std::f64::consts::PI;
 /// Euler's constant.
 const EULER: f64 = 0.577_215_664_901_532_9;
 
+/// One sign of structure.
+pub(super) struct Sign {
+    pub(super) name: String,
+    /// Correlation coefficient.
+    pub(super) strength: f64,
+    /// Chance of it in its family of tests.
+    pub(super) p_value: f64,
+}
+
 /// The joint null distribution of several statistics.
 pub(super) struct Family {
     /// Mean and standard deviation of each.

@@ -1,7 +1,7 @@
 //! Whether a record can tell two models apart.
 
 use super::bootstrap::losses;
-use super::residual::coloured;
+use super::rows::coloured;
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
@@ -59,7 +59,7 @@ pub fn indistinguishable(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::simulated::{filtered, white};
+    use crate::diagnose::statistics::simulated::{filtered, white};
 
     const ROWS: usize = 3000;
 

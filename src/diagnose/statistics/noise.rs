@@ -1,11 +1,11 @@
 //! The noise floor: what no model can explain.
 
-use super::residual::{coloured, stretches};
+use super::rows::{coloured, stretches};
 use std::collections::HashMap;
 
 /// Two commands are the same if they differ by less than this fraction of the command's range.
 const SAME: f64 = 1e-6;
-/// Rows in a row that must be the same before a repeat is suspected.
+/// Consecutive rows that must be the same before a repeat is suspected.
 const ALIKE: usize = 32;
 /// Distances that are looked at for repeats.
 const DISTANCES: usize = 4;
@@ -18,9 +18,9 @@ const STILL: [f64; 2] = [0.0005, 0.025];
 const MOVEMENT: f64 = 0.001;
 /// Shortest rest, as a fraction of its record, and its limits in rows.
 const REST: (usize, usize, usize) = (40, 24, 200);
-/// The part of a rest in which the valve settles.
+/// One over the share of a rest in which the valve settles.
 const SETTLING: usize = 4;
-/// A rest still settles if its first half varies this many times as much as its second.
+/// The valve still settles in a rest whose first half varies this many times as much as its second.
 const UNSETTLED: f64 = 3.0;
 /// Rows in a block whose variance is one vote.
 const BLOCK: usize = 128;
@@ -29,8 +29,27 @@ const VOTES: usize = 9;
 /// Largest correlation of neighbouring rows that differences can tell from a drift.
 const MAX_CORRELATION: f64 = 0.97;
 
-/// The method that takes the noise from the differences of the residual.
-pub(super) const DIFFERENCES: &str = "high-pass residual";
+/// Where a noise floor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseMethod {
+    /// The differences between repeats of the command.
+    RepeatedCommand,
+    /// What is left where the command rests.
+    QuietStretches,
+    /// The differences of neighbouring residuals.
+    Differences,
+}
+
+impl NoiseMethod {
+    /// What a report calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RepeatedCommand => "repeated command",
+            Self::QuietStretches => "quiet stretches",
+            Self::Differences => "high-pass residual",
+        }
+    }
+}
 
 /// A noise floor and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +57,7 @@ pub struct Noise {
     /// Standard deviation, in the channel's unit.
     pub value: f64,
     /// How it was estimated.
-    pub method: &'static str,
+    pub method: NoiseMethod,
 }
 
 /// The standard deviation of the noise in `measured`, over records that start at the rows `starts`.
@@ -49,19 +68,17 @@ pub struct Noise {
 /// - Otherwise from first and second differences of `residual`, as if its fast part were noise that a first-order
 ///   filter coloured.
 pub fn noise_floor(starts: &[usize], command: &[f64], measured: &[f64], residual: &[f64]) -> Noise {
+    use NoiseMethod::{Differences, QuietStretches, RepeatedCommand};
     let estimates = [
-        (repeats(starts, command, measured), "repeated command"),
-        (
-            rests(starts, command, measured, residual),
-            "quiet stretches",
-        ),
-        (Some(differences(starts, residual)), DIFFERENCES),
+        (repeats(starts, command, measured), RepeatedCommand),
+        (rests(starts, command, measured, residual), QuietStretches),
+        (Some(differences(starts, residual)), Differences),
     ];
     // A rest in which a coarse sensor shows one value says nothing.
     let found = estimates
         .into_iter()
         .find_map(|(variance, method)| variance.filter(|&v| v > 0.0).map(|v| (v, method)));
-    let (variance, method) = found.unwrap_or((0.0, DIFFERENCES));
+    let (variance, method) = found.unwrap_or((0.0, Differences));
     Noise {
         value: variance.sqrt(),
         method,
@@ -161,9 +178,9 @@ fn rests(starts: &[usize], command: &[f64], measured: &[f64], residual: &[f64]) 
                     continue;
                 }
                 let settled = start + rest.start + rest.len() / SETTLING..start + rest.end;
-                // The simulation takes most of what still settles out of the residual; a wrong one adds to it.
+                // A right simulation takes most of the settling out of the residual; a wrong one adds to it.
                 let ends =
-                    [measured, residual].map(|values| settle(&values[settled.clone()], least));
+                    [measured, residual].map(|values| settled_end(&values[settled.clone()], least));
                 quiet.extend(
                     ends.into_iter()
                         .flatten()
@@ -192,14 +209,14 @@ fn resting(command: &[f64], still: f64) -> Vec<std::ops::Range<usize>> {
     rests
 }
 
-/// The end of a rest, about a line, from where on it no longer settles; none if that leaves fewer than `least` rows.
-fn settle(values: &[f64], least: usize) -> Option<Vec<f64>> {
+/// The end of a rest, about a line, in which the valve no longer settles; none if that leaves fewer than `least` rows.
+fn settled_end(values: &[f64], least: usize) -> Option<Vec<f64>> {
     let (early, late) = values.split_at(values.len() / 2);
     let variance = |values: &[f64]| mean_square(&detrended(values));
     if values.len() < least {
         None
     } else if variance(early) > UNSETTLED * variance(late) {
-        settle(late, least)
+        settled_end(late, least)
     } else {
         Some(detrended(values))
     }
@@ -295,14 +312,15 @@ fn detrended(values: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::NoiseMethod::{Differences, QuietStretches, RepeatedCommand};
     use super::*;
-    use crate::diagnose::simulated::{command, filtered, white};
+    use crate::diagnose::statistics::simulated::{command, filtered, white};
 
     /// Largest and mean relative error of the noise floor over seeds.
     fn errors(
         command: &[f64],
         corner: Option<f64>,
-        method: &str,
+        method: NoiseMethod,
         structure: impl Fn(usize) -> f64,
     ) -> (f64, f64) {
         let response = filtered(command, 20.0);
@@ -323,7 +341,7 @@ mod tests {
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let square = errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / errors.len() as f64;
         println!(
-            "{method} {} rows {corner:?}: mean {:+.1} %, deviation {:.1} %",
+            "{method:?} {} rows {corner:?}: mean {:+.1} %, deviation {:.1} %",
             command.len(),
             100.0 * mean,
             100.0 * square.sqrt()
@@ -360,10 +378,9 @@ mod tests {
     fn quiet_stretches_show_the_noise() {
         for count in [3500, 6998] {
             let command = command(count);
-            let (mean, deviation) = errors(&command, None, "quiet stretches", wrong(&command));
+            let (mean, deviation) = errors(&command, None, QuietStretches, wrong(&command));
             assert!(mean.abs() < 0.05 && deviation < 0.05);
-            let (mean, deviation) =
-                errors(&command, Some(20.0), "quiet stretches", wrong(&command));
+            let (mean, deviation) = errors(&command, Some(20.0), QuietStretches, wrong(&command));
             assert!(mean.abs() < 0.10 && deviation < 0.15);
         }
     }
@@ -375,7 +392,7 @@ mod tests {
             let level = command[start];
             command[start..start + 250].fill(level);
         }
-        let (mean, deviation) = errors(&command, None, "quiet stretches", wrong(&command));
+        let (mean, deviation) = errors(&command, None, QuietStretches, wrong(&command));
         assert!(mean.abs() < 0.05 && deviation < 0.06);
     }
 
@@ -384,7 +401,7 @@ mod tests {
         let ramp: Vec<f64> = (0..8000)
             .map(|k| (k as f64 * 1e-3).min(16.0 - k as f64 * 1e-3))
             .collect();
-        errors(&ramp, None, "high-pass residual", |_| 0.0);
+        errors(&ramp, None, Differences, |_| 0.0);
     }
 
     #[test]
@@ -400,7 +417,7 @@ mod tests {
             .map(|k| 0.2 * response[k % 2000] + 0.03 * noise[k])
             .collect();
         let found = noise_floor(&[0, 2000], &command, &measured, &residual);
-        assert_eq!(found.method, "repeated command");
+        assert_eq!(found.method, RepeatedCommand);
         assert!((found.value / 0.03 - 1.0).abs() < 0.05, "{}", found.value);
     }
 
@@ -409,9 +426,9 @@ mod tests {
         let period = |k: usize| 6.0 * ((k % 1500) as f64 / 1500.0 * std::f64::consts::TAU).sin();
         let command: Vec<f64> = (0..500).map(|_| 0.0).chain((0..4500).map(period)).collect();
         let missed = wrong(&command);
-        let (mean, deviation) = errors(&command, None, "repeated command", &missed);
+        let (mean, deviation) = errors(&command, None, RepeatedCommand, &missed);
         assert!(mean.abs() < 0.05 && deviation < 0.05);
-        let (mean, deviation) = errors(&command, Some(20.0), "repeated command", &missed);
+        let (mean, deviation) = errors(&command, Some(20.0), RepeatedCommand, &missed);
         assert!(mean.abs() < 0.15 && deviation < 0.15);
     }
 
@@ -421,9 +438,9 @@ mod tests {
             .map(|k| (1e-6 * (k * k) as f64).sin() * 9.0)
             .collect();
         let slow = |k: usize| 0.1 * (k as f64 * 0.02).sin();
-        let (mean, deviation) = errors(&command, None, "high-pass residual", slow);
+        let (mean, deviation) = errors(&command, None, Differences, slow);
         assert!(mean.abs() < 0.05 && deviation < 0.05);
-        let (mean, deviation) = errors(&command, Some(20.0), "high-pass residual", slow);
+        let (mean, deviation) = errors(&command, Some(20.0), Differences, slow);
         assert!(mean.abs() < 0.25 && deviation < 0.25);
     }
 }

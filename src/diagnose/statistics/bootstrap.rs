@@ -1,6 +1,6 @@
 //! Resampling of residuals in blocks, which keeps the correlation of neighbouring rows.
 
-use super::residual::stretches;
+use super::rows::stretches;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -100,7 +100,7 @@ pub fn resample_indices(
 }
 
 /// Writes into `out` what `residual` could have been as well: runs of `block` rows drawn from the same record, each
-/// with a random sign, so that it keeps the residual's size and colour and loses its bond with everything that
+/// with a random sign, so that it keeps the residual's size and colour and no longer depends on anything that
 /// happened in those rows.
 pub fn surrogate(
     residual: &[f64],
@@ -242,7 +242,7 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::simulated::{filtered, white};
+    use crate::diagnose::statistics::simulated::{filtered, white};
 
     #[test]
     fn blocks_are_short_for_white_noise_and_long_for_coloured() {

@@ -1,7 +1,7 @@
 //! What the residual may depend on.
 
 use super::spectrum::Spectrum;
-use super::{Residuals, standardised, stretches};
+use crate::diagnose::statistics::rows::{rate, standardised, stretches};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
@@ -12,6 +12,21 @@ const LONGEST_LAG: (usize, usize) = (50, 200);
 const BINS: [usize; 2] = [16, 96];
 /// Fewest rows in a bin.
 const BIN_ROWS: usize = 10;
+
+/// What a fit left over in the rows that were fitted, and what is known about those rows; records one after another.
+#[derive(Debug, Clone, Copy)]
+pub struct Residuals<'a> {
+    /// Measured less simulated, for each channel.
+    pub channels: &'a [&'a [f64]],
+    /// The row at which each record starts, from 0 upwards.
+    pub starts: &'a [usize],
+    /// Time of each row, s; it rises within a record.
+    pub time: &'a [f64],
+    /// The command in each row.
+    pub command: &'a [f64],
+    /// Other signals and their names: simulated spool, pressures, x·Δp, squared flow, temperature.
+    pub known: &'a [(&'a str, &'a [f64])],
+}
 
 /// Signals over the rows.
 pub(super) struct Signals {
@@ -134,28 +149,6 @@ impl Signals {
     }
 }
 
-/// Change over time, from the row before to the row after, within each record.
-pub(in crate::diagnose) fn rate(values: &[f64], time: &[f64], starts: &[usize]) -> Vec<f64> {
-    let records = stretches(values, starts)
-        .into_iter()
-        .zip(stretches(time, starts));
-    let one = |(values, time): (&[f64], &[f64])| -> Vec<f64> {
-        let last = values.len() - 1;
-        (0..values.len())
-            .map(|k| {
-                let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
-                let seconds = time[after] - time[before];
-                if seconds > 0.0 {
-                    (values[after] - values[before]) / seconds
-                } else {
-                    0.0
-                }
-            })
-            .collect()
-    };
-    records.flat_map(one).collect()
-}
-
 fn direction(rate: f64) -> f64 {
     if rate == 0.0 { 0.0 } else { rate.signum() }
 }
@@ -242,7 +235,7 @@ impl Bins {
         }
     }
 
-    /// The part of the variance that the means in the bins explain (Pearson's correlation ratio η²), for values with
+    /// The share of the variance that the means in the bins explain (Pearson's correlation ratio η²), for values with
     /// mean 0 and sum of squares 1.
     pub(super) fn ratio(&self, values: &[f64]) -> f64 {
         let mut sums = vec![0.0; self.weight.len()];
@@ -281,7 +274,7 @@ impl Pattern {
         }
     }
 
-    /// The part of the variance of `values` (mean 0, sum of squares 1) that a sine of each number of periods explains.
+    /// The share of the variance of `values` (mean 0, sum of squares 1) that a sine of each number of periods explains.
     pub(super) fn power(&self, values: &[f64]) -> Vec<f64> {
         let mut sums = vec![Complex::new(0.0, 0.0); CELLS];
         for (&cell, value) in self.cell.iter().zip(values) {

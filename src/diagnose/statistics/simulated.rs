@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
 /// Gaussian noise of variance 1.
-pub(super) fn white(count: usize, seed: u64) -> Vec<f64> {
+pub(in crate::diagnose) fn white(count: usize, seed: u64) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut normal = || {
         let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
@@ -15,7 +15,7 @@ pub(super) fn white(count: usize, seed: u64) -> Vec<f64> {
 }
 
 /// What a first-order filter with a corner in Hz at 1 kHz makes of `values`; white noise of variance 1 keeps it.
-pub(super) fn filtered(values: &[f64], corner: f64) -> Vec<f64> {
+pub(in crate::diagnose) fn filtered(values: &[f64], corner: f64) -> Vec<f64> {
     let rho = (-TAU * corner * 1e-3).exp();
     let mut state = values[0];
     values
@@ -28,7 +28,7 @@ pub(super) fn filtered(values: &[f64], corner: f64) -> Vec<f64> {
 }
 
 /// A bench's command at 1 kHz, in V: steps with rests, triangles both ways and chirps of two amplitudes.
-pub(super) fn command(count: usize) -> Vec<f64> {
+pub(in crate::diagnose) fn command(count: usize) -> Vec<f64> {
     let part = count as f64 / 4.0;
     let heights = [0.0, 4.0, -7.0, 0.0];
     (0..count)

@@ -1,0 +1,58 @@
+//! What the figures of a card are figures of.
+
+use serde::{Serialize, Serializer};
+use std::fmt::{self, Display, Formatter};
+
+/// Amplitudes of the frequency responses, % of full scale.
+pub const AMPLITUDES: [f64; 3] = [5.0, 25.0, 90.0];
+
+/// What a figure of the card is a figure of. As text, and in JSON, it is a name such as `rated_flow`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Quantity {
+    /// Flow at full command.
+    RatedFlow,
+    /// Slope of the flow over the command.
+    FlowGain,
+    /// Difference of the flow gains of both sides.
+    Asymmetry,
+    /// Where the straight parts of the flow curve meet zero.
+    Overlap,
+    /// Width of the slow cycle.
+    Hysteresis,
+    /// Command of no output.
+    NullBias,
+    /// Flow from P to T at null.
+    Leakage,
+    /// Frequency of -3 dB at one of the [`AMPLITUDES`].
+    AmplitudeLimit(f64),
+    /// Frequency of -90° at one of the [`AMPLITUDES`].
+    PhaseLimit(f64),
+    /// Time that a step takes.
+    StepTime,
+    /// Overshoot of a step.
+    Overshoot,
+}
+
+impl Display for Quantity {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::RatedFlow => "rated_flow",
+            Self::FlowGain => "flow_gain",
+            Self::Asymmetry => "asymmetry",
+            Self::Overlap => "overlap",
+            Self::Hysteresis => "hysteresis",
+            Self::NullBias => "null_bias",
+            Self::Leakage => "leakage",
+            Self::AmplitudeLimit(amplitude) => return write!(f, "amplitude_limit_{amplitude}"),
+            Self::PhaseLimit(amplitude) => return write!(f, "phase_limit_{amplitude}"),
+            Self::StepTime => "step_time",
+            Self::Overshoot => "overshoot",
+        })
+    }
+}
+
+impl Serialize for Quantity {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}

@@ -1,0 +1,74 @@
+//! The files that `servobee identify` writes.
+
+use servobee::card::Card;
+use servobee::diagnose::Identified;
+use servobee::report::{Document, ModelFile, page};
+
+/// The files of a result: their names and what they hold.
+pub(super) fn files(
+    identified: &Identified,
+    document: &Document,
+    card: &Card,
+) -> Vec<(String, String)> {
+    vec![
+        ("report.json".into(), document.to_json()),
+        ("report.html".into(), page(identified, document, card)),
+        ("model.toml".into(), model_toml(identified)),
+        ("residual.csv".into(), residual_csv(identified)),
+    ]
+}
+
+fn model_toml(identified: &Identified) -> String {
+    let after = &identified.after;
+    let problem = &after.problem;
+    ModelFile::to_toml(&problem.structure, &problem.parameters, &after.values)
+}
+
+/// Every row of every record: measured, simulated before, simulated after.
+fn residual_csv(identified: &Identified) -> String {
+    let (before, after) = (&identified.before, &identified.after);
+    let structure = &after.problem.structure;
+    let mut text = String::from("record,part,time [s]");
+    for output in &structure.observed {
+        let (name, unit) = (output.name(), structure.unit(*output));
+        for model in ["measured", "before", "after"] {
+            text += &format!(",{name} {model} [{unit}]");
+        }
+    }
+    text.push('\n');
+    let [old, new] = [before, after].map(|fitted| fitted.beside(&identified.measurements));
+    let sides = [
+        ("fit", old.fit, new.fit),
+        ("hold_out", old.hold_out, new.hold_out),
+    ];
+    for (side, old, new) in sides {
+        for (old, new) in old.iter().zip(&new) {
+            let series = new.series;
+            let name = cell(&series.name);
+            for (row, sample) in series.samples.iter().enumerate() {
+                if sample.weight == 0.0 {
+                    continue;
+                }
+                text += &format!("{name},{side},{}", series.time[row]);
+                for &output in &structure.observed {
+                    let (measured, old, new) = (
+                        sample.target[output],
+                        old.simulated[row][output],
+                        new.simulated[row][output],
+                    );
+                    text += &format!(",{measured},{old},{new}");
+                }
+                text.push('\n');
+            }
+        }
+    }
+    text
+}
+
+/// `text` as a cell of a CSV file, in quotes where it needs them.
+fn cell(text: &str) -> String {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text.into(),
+    }
+}

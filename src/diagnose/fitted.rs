@@ -1,0 +1,225 @@
+//! A fitted model with everything that follows from it: what it gives in every row, its errors, and what it leaves.
+
+use super::known::KnownRows;
+use super::measurements::Measurements;
+use super::simulation::{Compared, Errors, Sides, Trajectories, errors, residual};
+use super::statistics::noise::{Noise, NoiseMethod, noise_floor};
+use super::statistics::residual::{Remaining, Residuals, remaining};
+use super::unexcited::{Unexcited, set_what_is_open};
+use crate::evaluate::problem::{Data, Series};
+use crate::evaluate::{Problem, Score, reference};
+use crate::model::Output;
+use crate::search::{Fit, Plan};
+use std::collections::BTreeMap;
+
+/// A residual this many times the noise floor is not noise, whatever it does or does not correlate with: where the noise was
+/// seen by itself, and where it was taken from the residual's own differences.
+const ABOVE_NOISE: (f64, f64) = (1.3, 2.0);
+
+/// No channel's noise is taken to be smaller than this fraction of its range: no converter of 24 bits resolves it, and
+/// single-precision logs do not store it.
+pub(super) const SMALLEST_NOISE: f64 = 6e-8;
+
+/// Seed of what a verdict compares with chance: the same for every run, so that the seed of the search decides no verdict.
+pub(super) const CHANCE: u64 = 1;
+
+/// A fitted model with its errors.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// The structure, its parameters and the fitted data.
+    pub problem: Problem,
+    /// The fit.
+    pub fit: Fit,
+    /// Values of all parameters.
+    pub values: Vec<f64>,
+    /// What the model gives for the records that were fitted and for those held out.
+    pub simulated: Sides<Trajectories>,
+    /// Its errors.
+    pub errors: Sides<Errors>,
+    /// What each observed channel's residual on the fitted data still depends on.
+    pub remaining: BTreeMap<String, Remaining>,
+    /// Parameters that the fitted rows leave open and the held-out ones had to set.
+    pub unexcited: Vec<Unexcited>,
+    /// Largest change of each channel when the integration steps are halved, in its unit.
+    pub integration_error: BTreeMap<String, f64>,
+}
+
+impl Fitted {
+    /// `fit` of `problem`, whose data are the fitted records of `measurements`. Where the `noise` is known the residual is
+    /// tested.
+    pub(super) fn new(
+        problem: Problem,
+        mut fit: Fit,
+        measurements: &Measurements,
+        noise: Option<&BTreeMap<String, Noise>>,
+        plan: &Plan,
+    ) -> Self {
+        let unexcited = set_what_is_open(&problem, plan.memory.interrupt(), &mut fit, measurements);
+        let values = problem.complete(fit.values(), |fixed| fixed);
+        let simulate =
+            |records: &[Series]| reference::trajectories(&problem.structure, &values, records);
+        let mut result = Self {
+            simulated: Sides {
+                fit: simulate(&measurements.fit),
+                hold_out: simulate(&measurements.hold_out),
+            },
+            fit,
+            values,
+            errors: Sides::default(),
+            remaining: BTreeMap::new(),
+            unexcited,
+            integration_error: BTreeMap::new(),
+            problem,
+        };
+        let compared = result.beside(measurements);
+        let structure = &result.problem.structure;
+        result.errors = Sides {
+            fit: errors(structure, &compared.fit),
+            hold_out: errors(structure, &compared.hold_out),
+        };
+        result.integration_error = result.largest_changes();
+        if let Some(noise) = noise {
+            result.test_residual(measurements, noise);
+        }
+        result
+    }
+
+    /// The records beside what the model gives for them.
+    pub fn beside<'a>(&'a self, measurements: &'a Measurements) -> Sides<Vec<Compared<'a>>> {
+        Sides {
+            fit: Compared::all(&measurements.fit, &self.simulated.fit),
+            hold_out: Compared::all(&measurements.hold_out, &self.simulated.hold_out),
+        }
+    }
+
+    /// Tests what is left in the residual of the fitted rows.
+    pub(super) fn test_residual(
+        &mut self,
+        measurements: &Measurements,
+        noise: &BTreeMap<String, Noise>,
+    ) {
+        let compared = self.beside(measurements).fit;
+        let known = KnownRows::new(&compared);
+        let observed = self.problem.structure.observed.iter().copied();
+        let (exact, tested): (Vec<Output>, Vec<Output>) =
+            observed.partition(|&output| self.is_exact(output));
+        let residuals: Vec<Vec<f64>> = tested
+            .iter()
+            .map(|&output| residual(&compared, output))
+            .collect();
+        let channels: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+        let signals: Vec<(&str, &[f64])> = known
+            .signals
+            .iter()
+            .map(|(signal, values)| (signal.name(), values.as_slice()))
+            .collect();
+        let mut rest = remaining(
+            &Residuals {
+                channels: &channels,
+                starts: &known.starts,
+                time: &known.time,
+                command: &known.command,
+                known: &signals,
+            },
+            CHANCE,
+        );
+        for (output, rest) in tested.iter().zip(&mut rest) {
+            let noise = &noise[output.name()];
+            let most = match noise.method {
+                NoiseMethod::Differences => ABOVE_NOISE.1,
+                _ => ABOVE_NOISE.0,
+            };
+            let floor = noise.value.max(self.least_error(*output));
+            let above = |score: &Score| score.rmse > most * floor;
+            rest.structured |= self.scores(*output).any(above);
+        }
+        let nothing = exact.iter().map(|_| Remaining::nothing());
+        let names = exact.iter().chain(&tested).map(|output| output.name());
+        self.remaining = names.map(str::to_owned).zip(nothing.chain(rest)).collect();
+    }
+
+    /// Each observed channel's noise floor: what is quiet in the measurement, or in the residual.
+    pub(super) fn noise(
+        &self,
+        measurements: &Measurements,
+        of_residual: bool,
+    ) -> BTreeMap<String, Noise> {
+        let compared = self.beside(measurements).fit;
+        let known = KnownRows::new(&compared);
+        let one = |&output: &Output| {
+            let residual = residual(&compared, output);
+            let rows = compared.iter().flat_map(|compared| compared.rows(output));
+            let measured: Vec<f64> = rows.map(|row| row.1).collect();
+            let quiet = if of_residual { &residual } else { &measured };
+            let floor = noise_floor(&known.starts, &known.command, quiet, &residual);
+            (output.name().to_owned(), floor)
+        };
+        self.problem.structure.observed.iter().map(one).collect()
+    }
+
+    /// Whether any channel's residual has structure.
+    pub fn structured(&self) -> bool {
+        self.remaining.values().any(|left| left.structured)
+    }
+
+    /// Whether the model follows the data, fitted and held out, to within the integrator's error.
+    pub(super) fn exact(&self) -> bool {
+        let observed = &self.problem.structure.observed;
+        observed.iter().all(|&output| self.is_exact(output))
+    }
+
+    /// The same of one output.
+    fn is_exact(&self, output: Output) -> bool {
+        let least = self.least_error(output);
+        self.scores(output).all(|score| score.rmse <= least)
+    }
+
+    /// The errors of one output on the sides that have rows.
+    fn scores(&self, output: Output) -> impl Iterator<Item = &Score> {
+        let sides = [&self.errors.fit, &self.errors.hold_out];
+        sides
+            .into_iter()
+            .filter_map(move |side| side.get(output.name()))
+    }
+
+    /// Largest change of each observed channel when the integration steps of the fitted rows are halved.
+    fn largest_changes(&self) -> BTreeMap<String, f64> {
+        let structure = &self.problem.structure;
+        let refined = self.problem.refined(2);
+        let fine = reference::trajectories(structure, &self.values, records(&refined));
+        let coarse = &self.simulated.fit;
+        let change = |&output: &Output| {
+            let pairs = coarse.iter().flatten().zip(fine.iter().flatten());
+            let change = pairs.map(|(a, b)| (a[output] - b[output]).abs());
+            (output.name().to_owned(), change.fold(0.0, f64::max))
+        };
+        structure.observed.iter().map(change).collect()
+    }
+
+    /// An error of an output that says nothing of the model: the integrator's own, or what no file resolves.
+    fn least_error(&self, output: Output) -> f64 {
+        let range = variance(records(&self.problem), output).sqrt();
+        self.integration_error[output.name()].max(SMALLEST_NOISE * range)
+    }
+}
+
+fn records(problem: &Problem) -> &[Series] {
+    match &*problem.data {
+        Data::Series(records) => records,
+        Data::Tones(_) => unreachable!("records were given"),
+    }
+}
+
+/// Variance of an output over all records; 1 where it does not vary.
+pub(super) fn variance(records: &[Series], output: Output) -> f64 {
+    let values = || {
+        records
+            .iter()
+            .flat_map(|record| &record.samples)
+            .map(|sample| sample.target[output])
+    };
+    let count = values().count() as f64;
+    let mean = values().sum::<f64>() / count;
+    let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+    if variance > 0.0 { variance } else { 1.0 }
+}

@@ -1,0 +1,101 @@
+//! The result of a diagnosis.
+
+use super::attribution::{Added, Considered};
+use super::fitted::{Fitted, variance};
+use super::free_form::FoundForm;
+use super::hold::Between;
+use super::measurements::Measurements;
+use super::signature::{Signature, closest};
+use super::simulation::Sides;
+use super::statistics::bootstrap::Improvement;
+use super::statistics::noise::Noise;
+use super::verdict::Verdict;
+use crate::model::effects::{CATALOGUE, Effect};
+use crate::search::Fit;
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+
+/// The integrator may err by this fraction of a channel's deviation, or by its noise, before its figures are refused.
+const TOLERATED: f64 = 1e-4;
+
+/// A model with what the data say of it.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// What the diagnosis comes to.
+    pub verdict: Verdict,
+    /// The effects that were looked for.
+    pub asked: Vec<Effect>,
+    /// The base model.
+    pub before: Fitted,
+    /// The base model with what was added; the base model itself where nothing was.
+    pub after: Fitted,
+    /// The effects of the result, in the order in which they were added.
+    pub added: Vec<Added>,
+    /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
+    pub free_form: Option<FoundForm>,
+    /// Every effect that was looked at, round by round.
+    pub considered: Vec<Considered>,
+    /// By how much the error fell, on fitted and on held-out rows, all channels in units of their noise.
+    pub improvement: Sides<Option<Improvement>>,
+    /// What gave it away: of each effect that was added and has a contest its signatures; where there is none, one list of those
+    /// of the base model's residual.
+    pub signatures: Vec<Vec<Signature>>,
+    /// Share of the held-out error above the noise, squared, that the effects that were found explain; `None` where none was.
+    pub explained: Option<f64>,
+    /// The records.
+    pub measurements: Measurements,
+    /// Each observed channel's noise.
+    pub noise: BTreeMap<String, Noise>,
+    /// What was taken for the command between two rows.
+    pub between: Between,
+    /// The search for the base model, with each channel in units of its own deviation: the noise was not known yet.
+    pub search: Fit,
+    /// Candidates evaluated.
+    pub evaluations: usize,
+    /// The stage in which it was broken off: everything is as far as it was known then.
+    pub broken_off: Option<String>,
+}
+
+impl Identified {
+    /// Whether the result is more than the base model.
+    pub fn changed(&self) -> bool {
+        !self.added.is_empty() || self.free_form.is_some()
+    }
+
+    /// Whether every effect of the catalogue that can act was looked for, but for those that the base model has.
+    pub fn asked_all(&self) -> bool {
+        let structure = &self.before.problem.structure;
+        let mut all = CATALOGUE.iter().flat_map(|entry| entry.on(structure));
+        all.all(|effect| structure.effects.contains(&effect) || self.asked.contains(&effect))
+    }
+
+    /// Where something is missing that has no name: the effect that came closest to it.
+    pub fn closest(&self) -> Option<&Considered> {
+        closest(self.verdict, &self.considered)
+    }
+
+    /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator. What is known
+    /// of a run that was broken off is told with that warning.
+    pub(super) fn check_integration(&self) -> Result<()> {
+        if self.broken_off.is_some() {
+            return Ok(());
+        }
+        for &output in &self.after.problem.structure.observed {
+            let name = output.name();
+            let range = variance(&self.measurements.fit, output).sqrt();
+            let floor = self.noise[name].value.max(TOLERATED * range);
+            let change = self.after.integration_error[name];
+            if change > floor {
+                let unit = self.after.problem.structure.unit(output);
+                return Err(Error::failed(
+                    format!(
+                        "halving the integration steps changes the {name} by up to {change:.3e} {unit}, which is more than \
+                         its noise of {floor:.3e} {unit}"
+                    ),
+                    "raise the upper bound of the fastest parameter with --model: the steps follow from the bounds",
+                ));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,78 @@
+//! Records beside what a model gives for them, and the errors between both.
+
+use crate::evaluate::Score;
+use crate::evaluate::problem::Series;
+use crate::model::{Output, Outputs, Structure};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The outputs of every row of each record, in the order of [`Output::ALL`].
+pub type Trajectories = Vec<Vec<Outputs<f64>>>;
+
+/// Errors by channel; empty where there are no rows.
+pub type Errors = BTreeMap<String, Score>;
+
+/// What there is of the data that was fitted, and of the data that was not.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Sides<T> {
+    /// Of the data that was fitted.
+    pub fit: T,
+    /// Of data never fitted.
+    pub hold_out: T,
+}
+
+/// A record beside its simulation.
+#[derive(Debug, Clone, Copy)]
+pub struct Compared<'a> {
+    /// The record.
+    pub series: &'a Series,
+    /// The simulated outputs of every row, in the order of [`Output::ALL`].
+    pub simulated: &'a [Outputs<f64>],
+}
+
+impl<'a> Compared<'a> {
+    /// Each of `records` beside its simulation.
+    pub fn all(records: &'a [Series], simulated: &'a Trajectories) -> Vec<Self> {
+        let pairs = records.iter().zip(simulated);
+        pairs
+            .map(|(series, simulated)| Self { series, simulated })
+            .collect()
+    }
+
+    /// (command, measured, simulated) of an output in the rows that count.
+    pub fn rows(self, output: Output) -> impl Iterator<Item = (f64, f64, f64)> + Clone + 'a {
+        let counted = self
+            .series
+            .samples
+            .iter()
+            .zip(self.simulated)
+            .filter(|(sample, _)| sample.weight > 0.0);
+        counted.map(move |(sample, simulated)| {
+            (
+                sample.input.command,
+                sample.target[output],
+                simulated[output],
+            )
+        })
+    }
+}
+
+/// Measured less simulated `output` in the rows that count, one record after another.
+pub(super) fn residual(compared: &[Compared], output: Output) -> Vec<f64> {
+    let rows = compared.iter().flat_map(|one| one.rows(output));
+    rows.map(|(_, measured, simulated)| measured - simulated)
+        .collect()
+}
+
+/// The error of every observed channel over the rows that count.
+pub fn errors(structure: &Structure, compared: &[Compared]) -> Errors {
+    let one = |&output: &Output| {
+        let pairs = compared.iter().flat_map(|c| {
+            c.rows(output)
+                .map(|(_, measured, simulated)| (measured, simulated))
+        });
+        let measured = pairs.clone().next().is_some();
+        measured.then(|| (output.name().to_owned(), Score::new(pairs)))
+    };
+    structure.observed.iter().filter_map(one).collect()
+}

@@ -1,0 +1,97 @@
+//! Linear algebra on long columns: one entry for each residual.
+
+/// A column whose component outside the basis is shorter than this fraction of it adds no direction.
+const DEPENDENT: f64 = 1e-6;
+
+/// Orthonormal directions.
+#[derive(Debug, Clone, Default)]
+pub(in crate::diagnose) struct Basis(pub(in crate::diagnose) Vec<Vec<f64>>);
+
+impl Basis {
+    /// Spans `columns`.
+    pub(in crate::diagnose) fn spanning(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
+        let mut basis = Self::default();
+        for column in columns {
+            basis.add(column);
+        }
+        basis
+    }
+
+    /// Adds the direction of `column`, unless the basis spans it already.
+    pub(in crate::diagnose) fn add(&mut self, mut column: Vec<f64>) {
+        let length = norm(&column);
+        // The second pass removes what rounding leaves of the first; two are enough (Giraud et al. 2005).
+        self.remove_from(&mut column);
+        self.remove_from(&mut column);
+        let rest = norm(&column);
+        if rest > DEPENDENT * length && rest > 0.0 {
+            column.iter_mut().for_each(|value| *value /= rest);
+            self.0.push(column);
+        }
+    }
+
+    /// Takes what the basis spans from `vector`.
+    pub(in crate::diagnose) fn remove_from(&self, vector: &mut [f64]) {
+        for direction in &self.0 {
+            let share = dot(direction, vector);
+            for (value, along) in vector.iter_mut().zip(direction) {
+                *value -= share * along;
+            }
+        }
+    }
+
+    /// How much of `vector`'s square the basis spans.
+    pub(in crate::diagnose) fn explained(&self, vector: &[f64]) -> f64 {
+        self.0.iter().map(|d| dot(d, vector).powi(2)).sum()
+    }
+}
+
+/// Inner product.
+pub(in crate::diagnose) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Eight independent sums, so that no addition waits for the one before.
+    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = chunks_a
+        .remainder()
+        .iter()
+        .zip(chunks_b.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
+    let mut sums = [0.0; 8];
+    for (a, b) in chunks_a.zip(chunks_b) {
+        for i in 0..8 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+fn norm(vector: &[f64]) -> f64 {
+    dot(vector, vector).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_basis_spans_its_columns_and_no_more() {
+        let columns = [
+            vec![3.0, 0.0, 4.0],
+            vec![6.0, 0.0, 8.0],
+            vec![1.0, 1.0, 0.0],
+        ];
+        let basis = Basis::spanning(columns);
+        assert_eq!(basis.0.len(), 2);
+        let mut normal = vec![4.0, -4.0, -3.0];
+        assert!(basis.explained(&normal) < 1e-24);
+        let before = normal.clone();
+        basis.remove_from(&mut normal);
+        assert!(
+            normal
+                .iter()
+                .zip(before)
+                .all(|(a, b)| (a - b).abs() < 1e-12)
+        );
+        assert!((basis.explained(&[3.0, 0.0, 4.0]) - 25.0).abs() < 1e-12);
+    }
+}

@@ -9,14 +9,14 @@ use std::time::Duration;
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use servobee::evaluate::problem::{Data, Series, Stream};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Memory, Precision, Problem, parameters_for, structure_for,
-    workload,
+    Cost, CpuEvaluator, Evaluator, Precision, Problem, parameters_for, structure_for, workload,
 };
 use servobee::model::Parameter;
 use servobee::rig::Setup;
 use servobee::search::datasheet::{Case, FULL_SCALE};
-use servobee::search::{Bees, Fit, Plan, Settings, Start, fit, fit_all};
+use servobee::search::{Bees, Fit, Plan, Search, Settings, Start, fit, fit_all};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 const GENERATIONS: usize = 20;
 /// Fits one after another and together.
@@ -59,12 +59,10 @@ fn generations(criterion: &mut Criterion) {
 /// The paper's settings, without polish.
 fn paper(seed: u64) -> Plan {
     Plan {
-        settings: Settings::paper(),
-        start: Start::Uniform,
-        seed,
+        method: Arc::new(Settings::paper()),
         polish: false,
         coloured: false,
-        memory: Memory::default(),
+        ..Plan::of_records(seed)
     }
 }
 

@@ -8,7 +8,7 @@ use std::f64::consts::{E, PI};
 use rayon::prelude::*;
 use servobee::evaluate::Cost;
 use servobee::model::Parameter;
-use servobee::search::{Bees, Moves, Settings, Start};
+use servobee::search::{Bees, Moves, Search, Settings, Start};
 
 const DIMENSIONS: [usize; 3] = [2, 10, 30];
 const FUNCTIONS: [Function; 6] = [

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! record ──> structure ──> candidates ──> costs ──> fit ──> residual ──> diagnosis ──> report
-//! measured   base model    Bees ask       Evaluator  polish  what is      which effect  report.html, report.json,
+//! measured   base model    a search asks  Evaluator  polish  what is      which effect  report.html, report.json,
 //! or curve   + effects                    CPU | GPU          left over    explains it   model.toml, residual.csv
 //! ```
 //!
@@ -13,7 +13,7 @@
 //!   them make a valve ([`model::valve`]). What measured valves show beyond that is in [`model::effects`], one file an
 //!   effect.
 //! - [`evaluate`]: the costs of a whole population at once, behind one trait.
-//! - [`search`]: the Bees Algorithm as ask and tell, and a Levenberg-Marquardt polish with exact sensitivities that says
+//! - [`search`]: searches as ask and tell, of which the Bees Algorithm is one, and a Levenberg-Marquardt polish with exact sensitivities that says
 //!   how well the data determine each parameter, and which it cannot tell apart.
 //! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
 //!   leave on data that was never fitted.
@@ -32,6 +32,7 @@
 //! use servobee::model::{Initial, Input, Structure};
 //! use servobee::search::{Plan, Settings, fit};
 //! use std::ops::ControlFlow;
+//! use std::sync::Arc;
 //!
 //! // A valve's answer to a step of 10 V from rest, every 2 ms.
 //! let structure = Structure { initial: Initial::Rest, ..Structure::actuator(10.0, "V") };
@@ -48,7 +49,7 @@
 //!
 //! let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
 //! let mut evaluator = CpuEvaluator::new(Precision::F32);
-//! let plan = Plan { settings: Settings::paper(), coloured: false, ..Plan::of_records(1) };
+//! let plan = Plan { method: Arc::new(Settings::paper()), coloured: false, ..Plan::of_records(1) };
 //! let fit = fit(&problem, &mut evaluator, &plan, &mut |_| ControlFlow::Continue(()))?;
 //! assert!((fit.values()[0] / gain - 1.0).abs() < 1e-6);
 //! # servobee::Result::Ok(())

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use servobee::evaluate::{Cost, Population, Status};
 use servobee::model::Parameter;
-use servobee::search::{Bees, Moves, Neighbourhood, Settings, Start, Variant};
+use servobee::search::{Bees, Moves, Neighbourhood, Search, Settings, Start, Variant};
 
 const STANDARD: Variant = Variant::Standard {
     alpha: 0.8,

@@ -15,7 +15,7 @@ use servobee::evaluate::{
 };
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
-use servobee::search::{Fit, Plan, Settings, Start, fit};
+use servobee::search::{Fit, Plan, Settings, fit};
 use servobee::{Error, Result};
 use std::fs::read;
 use std::ops::ControlFlow;
@@ -48,16 +48,14 @@ fn anew(problem: &Problem) -> Problem {
 }
 
 fn plan() -> Plan {
+    let settings = Settings {
+        itr: 8,
+        ..Settings::standard()
+    };
     Plan {
-        settings: Settings {
-            itr: 8,
-            ..Settings::standard()
-        },
-        start: Start::Uniform,
-        seed: 3,
-        polish: true,
+        method: Arc::new(settings),
         coloured: false,
-        memory: Memory::default(),
+        ..Plan::of_records(3)
     }
 }
 

@@ -7,11 +7,12 @@ use crate::common;
 use crate::common::{Record, case, near_start, problem, random};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, InjectedFault};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, Job, Memory, PARITY, Population, Precision, Problem,
+    Cost, CpuEvaluator, Evaluator, Job, PARITY, Population, Precision, Problem,
 };
 use servobee::model::{Hold, Outputs};
-use servobee::search::{Plan, Settings, Start, fit, fit_all};
+use servobee::search::{Plan, Settings, fit, fit_all};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// [`common::gpu`] without the driver's checks.
 fn gpu() -> Option<GpuEvaluator> {
@@ -101,31 +102,32 @@ fn many_small_jobs_at_once_cost_what_each_costs_alone() {
 
 /// A plan with `generations` after the scouts.
 fn plan(generations: usize, seed: u64, polish: bool) -> Plan {
+    let settings = Settings {
+        itr: generations,
+        ..Settings::paper()
+    };
     Plan {
-        settings: Settings {
-            itr: generations,
-            ..Settings::paper()
-        },
-        start: Start::Uniform,
-        seed,
+        method: Arc::new(settings),
         polish,
         coloured: false,
-        memory: Memory::default(),
+        ..Plan::of_records(seed)
     }
 }
 
 #[test]
 fn a_search_finds_among_others_what_it_finds_alone() {
     // Records and tones of several structures, and the same problem twice: they end after 1 to 9 generations.
-    let tasks = [
-        ("actuator, held", plan(4, 1, true)),
-        ("tones, paper", plan(1, 2, false)),
-        ("records of many lengths", plan(9, 3, false)),
-        ("actuator, held", plan(2, 4, true)),
-        ("actuator and table valve", plan(4, 5, false)),
-        ("tones, settled", plan(6, 6, false)),
-    ]
-    .map(|(name, plan)| (case(name).problem, plan));
+    let cases = [
+        ("actuator, held", 4, true),
+        ("tones, paper", 1, false),
+        ("records of many lengths", 9, false),
+        ("actuator, held", 2, true),
+        ("actuator and table valve", 4, false),
+        ("tones, settled", 6, false),
+    ];
+    let planned =
+        |(seed, (name, generations, polish))| (case(name).problem, plan(generations, seed, polish));
+    let tasks: Vec<(Problem, Plan)> = (1..).zip(cases).map(planned).collect();
     let tasks: Vec<(&Problem, &Plan)> = tasks
         .iter()
         .map(|(problem, plan)| (problem, plan))
@@ -140,9 +142,11 @@ fn a_search_finds_among_others_what_it_finds_alone() {
         let together = together.expect("fits");
         assert_eq!(generations, Vec::from_iter(0..=9), "{name}");
         assert_eq!(together.len(), tasks.len(), "{name}");
-        for (found, (problem, plan)) in together.iter().zip(&tasks) {
+        for ((found, (problem, plan)), (_, generations, _)) in
+            together.iter().zip(&tasks).zip(cases)
+        {
             let history = &found.search.history;
-            assert_eq!(history.len(), plan.settings.itr + 1, "{name}");
+            assert_eq!(history.len(), generations + 1, "{name}");
             assert_eq!(found.polished.is_some(), plan.polish, "{name}");
             let alone = fit(problem, &mut *evaluator, plan, &mut |_| {
                 ControlFlow::Continue(())

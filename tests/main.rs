@@ -24,6 +24,7 @@ mod model_file;
 mod numbers;
 mod output;
 mod own;
+mod own_search;
 mod parity;
 mod physics;
 mod polish;

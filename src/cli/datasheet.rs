@@ -17,6 +17,7 @@ use servobee::search::fitted_sheet::FittedSheet;
 use servobee::search::{Fit, Neighbourhood, Plan, Settings, Start, fit_all};
 use servobee::{Error, Result};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Fit a valve's parameters to the curves of a datasheet
@@ -257,13 +258,13 @@ fn amplitude(text: &str) -> std::result::Result<f64, String> {
 /// The paper's settings from both starts, and a large search with polish, which is the result.
 fn plans(sheet: &Sheet, arguments: &Arguments, memory: &Memory) -> Vec<(&'static str, Plan)> {
     let paper = arguments.ngh.paper();
-    let plan = |settings, start, polish| Plan {
-        settings,
+    let plan = |settings: Settings, start, polish| Plan {
+        method: Arc::new(settings),
         start,
-        seed: arguments.options.seed,
         polish,
         coloured: false,
         memory: memory.clone(),
+        ..Plan::of_records(arguments.options.seed)
     };
     let hand_set = Start::Near(sheet.problem.start());
     vec![
@@ -289,8 +290,8 @@ fn fits(
     memory: &Memory,
 ) -> Result<Vec<(&'static str, Fit)>> {
     let plans = plans(sheet, arguments, memory);
-    let generations = plans.iter().map(|(_, plan)| plan.settings.itr).max();
-    let (bar, mut tick) = progress(&sheet.title, generations.expect("three plans"));
+    // The large search is the longest.
+    let (bar, mut tick) = progress(&sheet.title, Settings::large().itr);
     let tasks: Vec<_> = plans
         .iter()
         .map(|(_, plan)| (&sheet.problem, plan))

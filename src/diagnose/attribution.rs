@@ -8,7 +8,7 @@ use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
 use crate::model::{Parameter, Structure};
-use crate::search::{Moves, Neighbourhood, Settings, Variant};
+use crate::search::Method;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -24,23 +24,8 @@ const REFITTED: (usize, usize) = (8, 4);
 const TOLD_APART: f64 = 3.0;
 /// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
 const SAME_COST: f64 = 0.003;
-/// Most exchanges of effects before the search is taken to go round in circles.
+/// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
-/// Bees around a trial, which need only find the valley that the polish follows.
-const SWARM: Settings = Settings {
-    itr: 5,
-    n: 10,
-    m: 5,
-    e: 2,
-    nep: 12,
-    nsp: 5,
-    ngh: Neighbourhood::Relative(0.05),
-    moves: Moves::Differences,
-    variant: Variant::Standard {
-        alpha: 0.8,
-        stlim: 10,
-    },
-};
 
 /// A structure as it was fitted on the way to the result.
 #[derive(Debug, Clone, PartialEq)]
@@ -134,18 +119,18 @@ pub struct Added {
     pub contest: Option<Contest>,
 }
 
-/// The result beside the same model with one effect less, and with another in its place.
+/// The result beside the same model with one effect less, and with another instead.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contest {
     /// The result without the effect, fitted again.
     pub without: Refit,
     /// The result.
     pub with: Refit,
-    /// The effect that does best in its place, if any other is plausible.
+    /// The effect that does best instead, if any other is plausible.
     pub rival: Option<Rival>,
 }
 
-/// An effect in the place of another.
+/// An effect instead of another.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
     /// The effect.
@@ -156,7 +141,7 @@ pub struct Rival {
     pub error: f64,
 }
 
-/// The result of the search.
+/// The result of the selection.
 #[derive(Debug, Clone)]
 pub(super) struct Attribution {
     /// The base model with the effects.
@@ -169,10 +154,12 @@ pub(super) struct Attribution {
     pub(super) evaluations: usize,
 }
 
-/// A search under way.
-pub(super) struct Search<'a, 'b> {
+/// A stepwise selection of effects under way.
+pub(super) struct Selection<'a, 'b> {
     pub(super) evidence: &'a Evidence,
     pub(super) evaluator: &'a mut dyn Evaluator,
+    /// What searches around each trial of an effect.
+    pub(super) method: &'a dyn Method,
     pub(super) allowed: &'a dyn Fn(&Effect) -> bool,
     pub(super) max_effects: usize,
     pub(super) stage: &'a mut Stage<'b>,
@@ -184,11 +171,12 @@ pub(super) struct Search<'a, 'b> {
     evaluations: usize,
 }
 
-impl<'a, 'b> Search<'a, 'b> {
+impl<'a, 'b> Selection<'a, 'b> {
     pub(super) fn new(
         evidence: &'a Evidence,
         base: &Model,
         evaluator: &'a mut dyn Evaluator,
+        method: &'a dyn Method,
         allowed: &'a dyn Fn(&Effect) -> bool,
         max_effects: usize,
         stage: &'a mut Stage<'b>,
@@ -196,6 +184,7 @@ impl<'a, 'b> Search<'a, 'b> {
         Self {
             evidence,
             evaluator,
+            method,
             allowed,
             max_effects,
             stage,
@@ -302,7 +291,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let first: Vec<Problem> = plausible.iter().map(first).collect();
         let (found, evaluations) =
             self.evidence
-                .forage(&first, SWARM, self.evaluator, &mut |done| {
+                .searched(&first, self.method, self.evaluator, &mut |done| {
                     self.stage.generation(done)
                 })?;
         self.evaluations += evaluations;
@@ -338,7 +327,7 @@ impl<'a, 'b> Search<'a, 'b> {
         Ok(models)
     }
 
-    /// [`worth`] on this search's evidence.
+    /// [`worth`] on this selection's evidence.
     fn worth(&self, before: &Model, after: &Model) -> bool {
         worth(self.evidence, self.excess, before, after)
     }

@@ -12,7 +12,7 @@ use crate::evaluate::{Evaluator, Fingerprint, Memory, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Outputs, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions};
-use crate::search::{self, Bees, Plan, Settings, Swarm, polish_on_data};
+use crate::search::{self, Method, Plan, RunningSearch, polish_on_data, run_in_lockstep};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
@@ -244,33 +244,32 @@ impl Evidence {
         self.problem(&structure, &start)
     }
 
-    /// Searches with bees around the start of each problem, all at once. Returns the problems, starting at the best that
+    /// Searches by `method` around the start of each problem, all at once. Returns the problems, starting at the best that
     /// was found, and the candidates evaluated.
-    pub(super) fn forage(
+    pub(super) fn searched(
         &self,
         problems: &[Problem],
-        settings: Settings,
+        method: &dyn Method,
         evaluator: &mut dyn Evaluator,
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<(Vec<Problem>, usize)> {
-        let mut swarms = Vec::new();
+        let mut searches = Vec::new();
         for problem in problems {
             let start = search::Start::From(problem.start());
-            let bees = Bees::new(&problem.free(), settings, start, self.seed)?;
-            swarms.push(Swarm { problem, bees });
+            searches.push(RunningSearch::begin(problem, method, start, self.seed)?);
         }
-        search::forage(&mut swarms, evaluator, progress)?;
-        let found = |&Swarm { problem, ref bees }: &Swarm| {
+        run_in_lockstep(&mut searches, evaluator, progress)?;
+        let evaluations = searches.iter().map(|one| one.search.evaluations()).sum();
+        let found = |RunningSearch { problem, search }: RunningSearch| {
             let mut found = problem.clone();
-            let best = bees.best().0;
+            let best = search.best().0;
             let cost = |free: &[f64]| reference::cost(problem, free).unwrap_or(f64::INFINITY);
             if cost(best) < cost(&problem.start()) {
                 set_start(&mut found, best);
             }
             found
         };
-        let evaluations = swarms.iter().map(|swarm| swarm.bees.evaluations()).sum();
-        Ok((swarms.par_iter().map(found).collect(), evaluations))
+        Ok((searches.into_par_iter().map(found).collect(), evaluations))
     }
 
     /// Residuals and derivatives at the problem's start; `None` where it diverges, or the run was stopped.

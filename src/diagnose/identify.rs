@@ -1,6 +1,6 @@
 //! The procedure: from records to a diagnosed model.
 
-use super::attribution::{Added, Attribution, Decision, Search, excess, worth};
+use super::attribution::{Added, Attribution, Decision, Selection, excess, worth};
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
@@ -235,15 +235,16 @@ impl Diagnosis<'_> {
         }
         base.evidence.look_at(model);
         let allowed = |effect: &Effect| asked.contains(effect);
-        let search = Search::new(
+        let selection = Selection::new(
             &base.evidence,
             model,
             &mut *self.evaluator,
+            &*self.plan.local,
             &allowed,
             self.options.max_effects,
             &mut self.stage,
         );
-        let found = search.run(model)?;
+        let found = selection.run(model)?;
         self.evaluations += found.evaluations;
         Ok(Some(found))
     }

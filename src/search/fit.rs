@@ -1,16 +1,17 @@
-//! A whole fit: bees find the valley, the polish finds its bottom and says how sure that is.
+//! A whole fit: a search finds the valley, the polish finds its bottom and says how sure that is.
 
 use super::polish::{
     Kind, LeastSquares, PolishOptions, Polished, Uncertainty, UncertaintyOptions, Unidentifiable,
     autocorrelation_inflation, polish, polish_what_counts, profile,
 };
-use super::{Bees, Settings, Start, Swarm, forage};
+use super::{Method, RunningSearch, Settings, Start, run_in_lockstep};
 use crate::evaluate::problem::{Data, Problem};
 use crate::evaluate::{Cost, Evaluator, Fingerprint, Interrupt, Memory, reference};
 use crate::model::{Output, Outputs, Parameter};
 use crate::{Error, Result};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 impl LeastSquares for Problem {
     fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
@@ -52,10 +53,12 @@ impl LeastSquares for Stoppable<'_> {
 /// How to fit.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// The Bees Algorithm's settings.
-    pub settings: Settings,
-    /// Where its scouts begin.
+    /// What searches the whole space.
+    pub method: Arc<dyn Method>,
+    /// Where its first candidates go.
     pub start: Start,
+    /// What searches around a model that is changed a little: a diagnosis does with each effect that it tries.
+    pub local: Arc<dyn Method>,
     /// Seed of the search and of intervals.
     pub seed: u64,
     /// Whether Levenberg-Marquardt follows.
@@ -70,12 +73,14 @@ pub struct Plan {
 impl Plan {
     /// How measurements are fitted: enough bees to find the valley, whose bottom the polish finds.
     pub fn of_records(seed: u64) -> Self {
+        let bees = Settings {
+            itr: 60,
+            ..Settings::standard()
+        };
         Self {
-            settings: Settings {
-                itr: 60,
-                ..Settings::standard()
-            },
+            method: Arc::new(bees),
             start: Start::Uniform,
+            local: Arc::new(Settings::local()),
             seed,
             polish: true,
             coloured: true,
@@ -84,27 +89,27 @@ impl Plan {
     }
 }
 
-/// What the bees found.
+/// What a search found.
 #[derive(Debug, Clone)]
-pub struct Search {
+pub struct SearchResult {
     /// Values of the free parameters.
     pub values: Vec<f64>,
     /// Their cost in f64, or `None` where every candidate diverged.
     pub cost: Option<f64>,
-    /// Best cost after each generation, as the evaluator computed it.
+    /// Best cost after each population, as the evaluator computed it.
     pub history: Vec<Cost>,
     /// Candidates evaluated.
     pub evaluations: usize,
 }
 
-impl From<Swarm<'_>> for Search {
-    fn from(Swarm { problem, bees }: Swarm<'_>) -> Self {
-        let values = bees.best().0.to_vec();
+impl From<RunningSearch<'_>> for SearchResult {
+    fn from(RunningSearch { problem, search }: RunningSearch<'_>) -> Self {
+        let values = search.best().0.to_vec();
         Self {
             cost: reference::cost(problem, &values),
             values,
-            history: bees.history().to_vec(),
-            evaluations: bees.evaluations(),
+            history: search.history().to_vec(),
+            evaluations: search.evaluations(),
         }
     }
 }
@@ -117,7 +122,7 @@ pub struct Fit {
     /// Cost at the start values, if they do not diverge.
     pub cost_at_start: Option<f64>,
     /// What the search found.
-    pub search: Search,
+    pub search: SearchResult,
     /// The polish and what it says of the parameters; not there where none was planned, or the run was stopped before its end.
     pub polished: Option<(Polished, Uncertainty)>,
     /// Candidates evaluated in all, those of the polish included.
@@ -140,11 +145,11 @@ impl Fit {
     }
 }
 
-/// Searches `problem` with bees on `evaluator`, and polishes the best candidate in f64 where the plan says so.
+/// Searches `problem` on `evaluator`, and polishes the best candidate in f64 where the plan says so.
 /// `progress` is told each generation that is done, and may break off the search: the best until then is the result.
 ///
 /// # Errors
-/// If the settings are refused, the evaluator fails, or every candidate diverges.
+/// If the method refuses to begin, the evaluator fails, or every candidate diverges.
 pub fn fit(
     problem: &Problem,
     evaluator: &mut dyn Evaluator,
@@ -155,8 +160,8 @@ pub fn fit(
     Ok(fits.into_iter().next().expect("one fit for one problem"))
 }
 
-/// Fits every problem by its plan, all at once: the bees [`forage`] together, and then the polishes share the CPU's
-/// cores. Each fit is what [`fit`] would make of it alone. One problem with several seeds is a search with restarts.
+/// Fits every problem by its plan, all at once: the searches [run in lockstep](run_in_lockstep), and then the polishes
+/// share the CPU's cores. Each fit is what [`fit`] would make of it alone. One problem with several seeds is a search with restarts.
 /// `progress` is told each generation that is done, and may break off the search: the best until then is the result.
 ///
 /// # Errors
@@ -166,24 +171,21 @@ pub fn fit_all(
     evaluator: &mut dyn Evaluator,
     progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<Vec<Fit>> {
-    let mut swarms = Vec::new();
+    let mut searches = Vec::new();
     for &(problem, plan) in tasks {
-        let free = problem.free();
-        swarms.push(match free.is_empty() {
+        let begin = || RunningSearch::begin(problem, &*plan.method, plan.start.clone(), plan.seed);
+        searches.push(match problem.free().is_empty() {
             // Nothing to search: the problem's own values are scored.
             true => None,
-            false => Some(Swarm {
-                problem,
-                bees: Bees::new(&free, plan.settings, plan.start.clone(), plan.seed)?,
-            }),
+            false => Some(begin()?),
         });
     }
-    forage(swarms.iter_mut().flatten(), evaluator, progress)?;
+    run_in_lockstep(searches.iter_mut().flatten(), evaluator, progress)?;
     let fits: Vec<Result<Fit>> = tasks
         .par_iter()
-        .zip(swarms)
-        .map(|(&(problem, plan), swarm)| match swarm {
-            Some(swarm) => finish(problem, swarm.into(), plan),
+        .zip(searches)
+        .map(|(&(problem, plan), search)| match search {
+            Some(search) => finish(problem, search.into(), plan),
             None => refine(problem, &[], plan),
         })
         .collect();
@@ -195,7 +197,7 @@ pub fn fit_all(
 /// # Errors
 /// If the model diverges there.
 pub fn refine(problem: &Problem, values: &[f64], plan: &Plan) -> Result<Fit> {
-    let search = Search {
+    let search = SearchResult {
         values: values.to_vec(),
         cost: reference::cost(problem, values),
         history: Vec::new(),
@@ -204,7 +206,7 @@ pub fn refine(problem: &Problem, values: &[f64], plan: &Plan) -> Result<Fit> {
     finish(problem, search, plan)
 }
 
-fn finish(problem: &Problem, search: Search, plan: &Plan) -> Result<Fit> {
+fn finish(problem: &Problem, search: SearchResult, plan: &Plan) -> Result<Fit> {
     let free = problem.free();
     let mut evaluations = search.evaluations;
     let polished = match plan.polish && !free.is_empty() {
@@ -246,7 +248,7 @@ pub(crate) fn polish_on_data(
 fn polished(
     problem: &Problem,
     free: &[Parameter],
-    search: &Search,
+    search: &SearchResult,
     plan: &Plan,
 ) -> Result<Option<(Polished, Uncertainty)>> {
     let interrupt = plan.memory.interrupt();

@@ -1,4 +1,4 @@
-//! The Bees Algorithm, as ask and tell: it proposes candidates and never sees how they are judged.
+//! The Bees Algorithm, a search of ask and tell.
 
 mod settings;
 
@@ -7,32 +7,21 @@ use std::ops::Range;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::{Method, Search, Start};
+use crate::Result;
 use crate::evaluate::{Cost, Population};
-use crate::model::{Parameter, Scale};
-use crate::{Error, Result};
+use crate::model::Parameter;
 
 pub use settings::{Moves, Neighbourhood, Settings, Variant};
 
-/// Where the initial scouts go.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Start {
-    /// All over the space.
-    Uniform,
-    /// The first to this candidate, exactly; the others all over the space.
-    From(Vec<f64>),
-    /// The first to this candidate, exactly; the others into its neighbourhood. With few evaluations
-    /// and a good candidate this ends closer than `From`: no site is spent far away.
-    Near(Vec<f64>),
-}
-
-/// A search under way.
+/// A search by the Bees Algorithm.
 ///
 /// Each generation is asked for as one population and told its costs:
 ///
 /// ```
 /// use servobee::evaluate::Cost;
 /// use servobee::model::Parameter;
-/// use servobee::search::{Bees, Settings, Start};
+/// use servobee::search::{Bees, Search, Settings, Start};
 ///
 /// let parameters = [Parameter::linear("x", "1", -5.0, 4.0, 5.0)];
 /// let mut bees = Bees::new(&parameters, Settings::paper(), Start::Uniform, 1)?;
@@ -62,12 +51,12 @@ pub struct Bees {
     evaluations: usize,
 }
 
-/// A place that a scout found and that bees may be recruited for.
+/// A candidate that a scout found and that bees may be recruited for.
 #[derive(Debug, Clone, PartialEq)]
 struct Site {
     candidate: Vec<f64>,
     cost: Cost,
-    /// Size of its neighbourhood as a part of a new one's.
+    /// Size of its neighbourhood as a fraction of a new one's.
     patch: f64,
     /// Generations in a row in which no recruited bee found anything better.
     stagnant: usize,
@@ -75,6 +64,9 @@ struct Site {
 
 impl Bees {
     /// A search over `parameters`, all of them free.
+    ///
+    /// # Errors
+    /// If [`Settings::check`] or [`Start::check`] refuses.
     pub fn new(
         parameters: &[Parameter],
         settings: Settings,
@@ -82,10 +74,7 @@ impl Bees {
         seed: u64,
     ) -> Result<Self> {
         settings.check()?;
-        check_space(parameters)?;
-        if let Start::From(candidate) | Start::Near(candidate) = &start {
-            check_start(parameters, candidate)?;
-        }
+        start.check(parameters)?;
         let known = parameters.iter().map(|p| p.start).collect();
         Ok(Self {
             parameters: parameters.to_vec(),
@@ -100,77 +89,12 @@ impl Bees {
         })
     }
 
-    /// The next generation: the bees recruited for the selected sites, best site first, then the
-    /// scouts. Asking again before telling gives the same one.
-    pub fn ask(&mut self) -> Population {
-        if self.asked.is_none() {
-            self.asked = Some(self.generate());
-        }
-        self.asked.clone().expect("just filled")
-    }
-
-    /// Takes the costs of the generation last asked for, in its order.
-    ///
-    /// # Panics
-    /// If no generation was asked for, or it had another number of candidates.
-    pub fn tell(&mut self, costs: &[Cost]) {
-        let population = self.asked.take().expect("tell follows ask");
-        assert_eq!(costs.len(), population.len(), "one cost per candidate");
-        let mut bees = population.iter().zip(costs.iter().copied());
-
-        self.sites.truncate(self.settings.m);
-        for (rank, site) in self.sites.iter_mut().enumerate() {
-            let recruits = bees.by_ref().take(self.settings.recruits(rank));
-            site.forage(recruits, self.settings.variant);
-        }
-        if let Variant::Standard { stlim, .. } = self.settings.variant {
-            self.sites.retain(|site| site.stagnant < stlim);
-        }
-        self.sites.extend(bees.map(|(candidate, cost)| Site {
-            candidate: candidate.to_vec(),
-            cost,
-            patch: 1.0,
-            stagnant: 0,
-        }));
-        self.sites.sort_by_key(|site| site.cost);
-
-        // An abandoned site never holds the only copy of the best candidate: it was the best here
-        // before it stagnated.
-        if let Some(site) = self.sites.first()
-            && site.cost < self.best.1
-        {
-            self.best = (site.candidate.clone(), site.cost);
-        }
-        self.history.push(self.best.1);
-        self.evaluations += costs.len();
-    }
-
-    /// The best candidate so far and its cost. Until one has finished, the parameters' start values
-    /// and a diverged cost.
-    pub fn best(&self) -> (&[f64], Cost) {
-        (&self.best.0, self.best.1)
-    }
-
-    /// The best cost after the initial scouts and after each generation.
-    pub fn history(&self) -> &[Cost] {
-        &self.history
-    }
-
-    /// Candidates judged so far.
-    pub fn evaluations(&self) -> usize {
-        self.evaluations
-    }
-
     /// Generations done; the initial scouts are generation 0.
     pub fn generation(&self) -> usize {
         self.history.len().saturating_sub(1)
     }
 
-    /// Whether all generations of the settings are done. Asking for more is allowed.
-    pub fn finished(&self) -> bool {
-        self.history.len() > self.settings.itr
-    }
-
+    /// The bees recruited for the selected sites, best site first, then the scouts.
     fn generate(&self) -> Population {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(self.history.len() as u64);
@@ -217,7 +141,7 @@ impl Bees {
         }
     }
 
-    /// A place in the site's neighbourhood, away from the site in the `moved` coordinates.
+    /// A candidate in the site's neighbourhood, away from the site in the `moved` coordinates.
     fn wander(
         &self,
         site: &[f64],
@@ -230,8 +154,8 @@ impl Bees {
             let step = patch * rng.random_range(-1.0..=1.0);
             *value = match self.settings.ngh {
                 Neighbourhood::Absolute(size) => parameter.clamp(*value + step * size),
-                Neighbourhood::Relative(part) => {
-                    parameter.from_unit(parameter.to_unit(*value) + step * part)
+                Neighbourhood::Relative(fraction) => {
+                    parameter.from_unit(parameter.to_unit(*value) + step * fraction)
                 }
             };
         }
@@ -264,6 +188,71 @@ impl Bees {
     }
 }
 
+impl Search for Bees {
+    /// Asking again before telling gives the same generation.
+    fn ask(&mut self) -> Population {
+        if self.asked.is_none() {
+            self.asked = Some(self.generate());
+        }
+        self.asked.clone().expect("just filled")
+    }
+
+    fn tell(&mut self, costs: &[Cost]) {
+        let population = self.asked.take().expect("tell follows ask");
+        assert_eq!(costs.len(), population.len(), "one cost per candidate");
+        let mut bees = population.iter().zip(costs.iter().copied());
+
+        self.sites.truncate(self.settings.m);
+        for (rank, site) in self.sites.iter_mut().enumerate() {
+            let recruits = bees.by_ref().take(self.settings.recruits(rank));
+            site.forage(recruits, self.settings.variant);
+        }
+        if let Variant::Standard { stlim, .. } = self.settings.variant {
+            self.sites.retain(|site| site.stagnant < stlim);
+        }
+        self.sites.extend(bees.map(|(candidate, cost)| Site {
+            candidate: candidate.to_vec(),
+            cost,
+            patch: 1.0,
+            stagnant: 0,
+        }));
+        self.sites.sort_by_key(|site| site.cost);
+
+        // An abandoned site never holds the only copy of the best candidate: it was the best here
+        // before it stagnated.
+        if let Some(site) = self.sites.first()
+            && site.cost < self.best.1
+        {
+            self.best = (site.candidate.clone(), site.cost);
+        }
+        self.history.push(self.best.1);
+        self.evaluations += costs.len();
+    }
+
+    fn best(&self) -> (&[f64], Cost) {
+        (&self.best.0, self.best.1)
+    }
+
+    fn history(&self) -> &[Cost] {
+        &self.history
+    }
+
+    fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+
+    /// Whether all generations of the settings are done. Asking for more is allowed.
+    fn finished(&self) -> bool {
+        self.history.len() > self.settings.itr
+    }
+}
+
+impl Method for Settings {
+    fn begin(&self, parameters: &[Parameter], start: Start, seed: u64) -> Result<Box<dyn Search>> {
+        Ok(Box::new(Bees::new(parameters, *self, start, seed)?))
+    }
+}
+
 impl Site {
     /// Moves to the best recruited bee where that is better, and otherwise stagnates.
     fn forage<'a>(&mut self, recruits: impl Iterator<Item = (&'a [f64], Cost)>, variant: Variant) {
@@ -282,51 +271,4 @@ impl Site {
             }
         }
     }
-}
-
-fn check_space(parameters: &[Parameter]) -> Result<()> {
-    if parameters.is_empty() {
-        return Err(Error::input(
-            "parameters",
-            "none is free",
-            "leave at least one free to search",
-        ));
-    }
-    for parameter in parameters {
-        let (low, high) = (parameter.low, parameter.high);
-        let width = high - low;
-        let positive = parameter.scale == Scale::Linear || low > 0.0;
-        if !(width.is_finite() && width > 0.0 && positive) {
-            return Err(Error::input(
-                format!("parameter {}", parameter.name),
-                format!("bounds {low} to {high} are no range"),
-                "give finite bounds, the lower one first, both positive on a logarithmic scale",
-            ));
-        }
-    }
-    Ok(())
-}
-
-fn check_start(parameters: &[Parameter], candidate: &[f64]) -> Result<()> {
-    if candidate.len() != parameters.len() {
-        return Err(Error::input(
-            "start",
-            format!(
-                "{} values for {} parameters",
-                candidate.len(),
-                parameters.len()
-            ),
-            "give one value for each free parameter",
-        ));
-    }
-    for (parameter, &value) in parameters.iter().zip(candidate) {
-        if !(parameter.low..=parameter.high).contains(&value) {
-            return Err(Error::input(
-                format!("start of {}", parameter.name),
-                format!("{value} is outside {} to {}", parameter.low, parameter.high),
-                "start inside the bounds, or widen them",
-            ));
-        }
-    }
-    Ok(())
 }

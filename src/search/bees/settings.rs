@@ -1,3 +1,5 @@
+//! How the Bees Algorithm is set up.
+
 use crate::{Error, Result};
 
 /// The largest generation that [`Settings::check`] lets through.
@@ -112,6 +114,24 @@ impl Settings {
         }
     }
 
+    /// Few bees around a start: a search that need only find the valley which a polish then follows.
+    pub const fn local() -> Self {
+        Self {
+            itr: 5,
+            n: 10,
+            m: 5,
+            e: 2,
+            nep: 12,
+            nsp: 5,
+            ngh: Neighbourhood::Relative(0.05),
+            moves: Moves::Differences,
+            variant: Variant::Standard {
+                alpha: 0.8,
+                stlim: 10,
+            },
+        }
+    }
+
     /// Candidates of a generation after the initial scouts.
     pub const fn per_generation(&self) -> usize {
         self.e * self.nep + (self.m - self.e) * self.nsp + (self.n - self.m)
@@ -160,8 +180,8 @@ impl Settings {
             Neighbourhood::Absolute(size) if !(size.is_finite() && size > 0.0) => {
                 return refuse("ngh", format!("{size} is no size"), "give a positive one");
             }
-            Neighbourhood::Relative(part) if !(part > 0.0 && part <= 1.0) => {
-                let problem = format!("{part} is no fraction of a range");
+            Neighbourhood::Relative(fraction) if !(fraction > 0.0 && fraction <= 1.0) => {
+                let problem = format!("{fraction} is no fraction of a range");
                 return refuse("ngh", problem, "give more than 0 and at most 1");
             }
             _ => {}

@@ -1,9 +1,18 @@
 //! Search coordinates: a parameter's value on a linear scale, its logarithm on a logarithmic one.
 
-use nalgebra::DVector;
-
-use super::{Bound, LeastSquares, Triangle};
+use super::{LeastSquares, Triangle};
 use crate::model::{Parameter, Scale};
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+
+/// An end of a parameter's range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Bound {
+    /// Its lower bound.
+    Low,
+    /// Its upper bound.
+    High,
+}
 
 /// The box that a polish moves in, in search coordinates.
 pub(super) struct Coordinates<'a> {

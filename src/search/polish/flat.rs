@@ -1,39 +1,15 @@
 //! Parameters along which the cost is flat: the data do not ask for them.
 
-use super::{Bound, Interval, LeastSquares, PolishOptions, Polished, polish};
+use super::{Bound, Flat, LeastSquares, PolishOptions, Polished, polish};
 use crate::Result;
 use crate::model::Parameter;
-use serde::{Deserialize, Serialize};
 
 /// The cost is flat where it rises by less than this many mean squared residuals: one row three deviations off.
 const RISE: f64 = 9.0;
-/// Places between the result and a bound at which the cost is looked at.
-const PLACES: u32 = 4;
+/// Points between the result and a bound at which the cost is looked at.
+const POINTS: u32 = 4;
 /// How often the distance to where the cost begins to rise is halved.
 const HALVINGS: u32 = 12;
-
-/// A range of values of one parameter, up to a bound or to both, in which the cost does not change.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Flat {
-    /// The parameter's index.
-    pub parameter: usize,
-    /// Lower end of the range.
-    pub low: f64,
-    /// Upper end of the range.
-    pub high: f64,
-}
-
-impl Flat {
-    /// The interval of `parameter`, whose cost is flat here: open at the bounds.
-    pub fn interval(&self, parameter: &Parameter) -> Interval {
-        Interval {
-            low: self.low,
-            high: self.high,
-            open_low: self.low <= parameter.low,
-            open_high: self.high >= parameter.high,
-        }
-    }
-}
 
 /// [`polish`], after which a parameter that the data do not ask for has a value that does not depend on where the search
 /// came from: the bound up to which the cost is flat, where the parameter does nothing (a saturation above every error, a
@@ -99,14 +75,14 @@ fn look_along(
     let rows = polished.triangle.rows() as f64;
     let level = polished.cost * (1.0 + RISE / rows);
     let mut values = polished.values.clone();
-    let mut is_flat = |place: f64| {
-        values[index] = parameter.from_unit(place);
+    let mut is_flat = |unit: f64| {
+        values[index] = parameter.from_unit(unit);
         problem.costs_at_most(&values, level)
     };
     // At the bound first: there nearly every parameter is told from a flat one.
     let mut up_to = |bound: f64| {
-        let place = |k: u32| bound + (here - bound) * f64::from(k) / f64::from(PLACES);
-        (0..PLACES).all(|k| is_flat(place(k)))
+        let point = |k: u32| bound + (here - bound) * f64::from(k) / f64::from(POINTS);
+        (0..POINTS).all(|k| is_flat(point(k)))
     };
     let (down, up) = (up_to(0.0), up_to(1.0));
     let mut edge = |bound: f64| {
@@ -134,10 +110,11 @@ fn look_along(
     Some((flat, value, bound))
 }
 
-/// The values at which the cost of another problem, a sum over `rows` squares, is lowest, when only the parameters in `flats` move, each inside its
-/// range; and which of them that problem asks for. Those that it does not ask for keep their values.
+/// The values at which the cost of another problem, a sum over `rows` squares, is lowest, when only the parameters in
+/// `flats` move, each inside its range; and which of them that problem asks for. Those that it does not ask for keep
+/// their values.
 ///
-/// The ranges are searched from several places each: along a saturation the cost may have more than one valley.
+/// The ranges are searched from several points each: along a saturation the cost may have more than one valley.
 pub fn within_flats(
     problem: &mut dyn LeastSquares,
     rows: usize,
@@ -156,9 +133,9 @@ pub fn within_flats(
         let parameter = &mut narrowed[flat.parameter];
         (parameter.low, parameter.high) = (flat.low, flat.high);
         let mut along: Vec<(f64, f64)> = Vec::new();
-        for k in 0..=2 * PLACES {
+        for k in 0..=2 * POINTS {
             let mut values = best.clone();
-            values[flat.parameter] = parameter.from_unit(f64::from(k) / f64::from(2 * PLACES));
+            values[flat.parameter] = parameter.from_unit(f64::from(k) / f64::from(2 * POINTS));
             let cost = problem.cost(&values).unwrap_or(f64::INFINITY);
             along.push((cost, values[flat.parameter]));
         }

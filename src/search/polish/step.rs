@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Triangle;
 
-/// The step s with `low` ≤ s ≤ `high` that minimises |r + J s|² + `damping` |D s|², D = diag(`scale`).
+/// The step s with `low` ≤ s ≤ `high` that minimises |r + J s|² + `damping` |D s|², D = diag(`norms`).
 ///
 /// Primal active set (Nocedal and Wright, Numerical Optimization, 16.5): move towards the minimum over the parameters
 /// that are not held, hold the first one that meets its bound, release one that its bound no longer resists.
@@ -13,13 +13,13 @@ use super::Triangle;
 pub(super) fn bounded_step(
     triangle: &Triangle,
     damping: f64,
-    scale: &DVector<f64>,
+    norms: &DVector<f64>,
     low: &DVector<f64>,
     high: &DVector<f64>,
 ) -> DVector<f64> {
     let count = triangle.columns();
-    // A parameter without any effect so far has nothing to be scaled by: any positive number keeps it in place.
-    let weight = scale.map(|s| damping.sqrt() * if s > 0.0 { s } else { 1.0 });
+    // A parameter without any effect so far has no norm: any positive number keeps it from moving.
+    let weight = norms.map(|norm| damping.sqrt() * if norm > 0.0 { norm } else { 1.0 });
     let mut matrix = DMatrix::zeros(2 * count, count);
     matrix.rows_mut(0, count).copy_from(&triangle.r());
     matrix
@@ -107,15 +107,15 @@ mod tests {
                 true
             })
             .unwrap();
-            let scale = triangle.column_norms();
+            let norms = triangle.column_norms();
             // Some parameters start on a bound: no room to one side.
             let mut side = || size * (random.random::<f64>() - 0.3).max(0.0);
             let low = DVector::from_fn(count, |_, _| -side());
             let high = DVector::from_fn(count, |_, _| side());
             let damping = 1e-3;
-            let step = bounded_step(&triangle, damping, &scale, &low, &high);
+            let step = bounded_step(&triangle, damping, &norms, &low, &high);
 
-            let pull = damping * scale.component_mul(&scale).component_mul(&step);
+            let pull = damping * norms.component_mul(&norms).component_mul(&step);
             let descent =
                 -triangle.gradient() - triangle.r().tr_mul(&(triangle.r() * &step)) - pull;
             for j in 0..count {

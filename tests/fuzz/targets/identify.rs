@@ -12,6 +12,7 @@ use servobee::report::{Call, Document, ModelFile, page};
 use servobee::search::{Plan, Settings};
 use servobee_fuzz::{assert_reads_back, located};
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Integration steps of a whole record, at most: what asks for more is right, but slow.
 const STEPS: u64 = 500;
@@ -55,7 +56,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         ..Settings::standard()
     };
     let plan = Plan {
-        settings,
+        method: Arc::new(settings),
         ..Plan::of_records(1)
     };
     // Which effects may be added is a part of the input.

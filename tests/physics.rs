@@ -6,7 +6,7 @@ use crate::golden::Golden;
 use servobee::evaluate::problem::{Data, Sample, Series, Stream, Tone, Wave};
 use servobee::evaluate::simulate::{outputs, response, series};
 use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, Problem, reference};
-use servobee::model::base::Given;
+use servobee::model::declare::Given;
 use servobee::model::orifice::{Orifice, Transition};
 use servobee::model::valve::{Drop, OrificeFlows, Orifices, Pressures, Valve, ValveForm};
 use servobee::model::{Alone, Hold, Initial, Input, Output, Plant, ServoValve, Structure, View};

@@ -13,8 +13,8 @@
 //!
 //! A frame that is not whole, or whose check is wrong, ends the file: what follows is computed again.
 
-use super::problem::{Data, Problem};
-use super::{Cost, Evaluator, Interrupt, Job};
+use crate::evaluate::problem::{Data, Problem};
+use crate::evaluate::{Cost, Evaluator, Interrupt, Job};
 use crate::{Error, Result};
 use serde::{Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};

@@ -1,8 +1,8 @@
 //! What every evaluator does: the costs of whole populations.
 
-use super::population::{Cost, Population};
-use super::problem::Problem;
 use crate::Result;
+use crate::evaluate::population::{Cost, Population};
+use crate::evaluate::problem::Problem;
 
 /// A population to evaluate on a problem.
 #[derive(Debug, Clone, Copy)]

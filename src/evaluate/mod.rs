@@ -1,46 +1,37 @@
 //! Evaluators: the costs of a whole population at once, on the CPU or on the GPU.
 
-mod arrival;
+mod checking;
 #[doc(hidden)]
 pub mod checkpoint;
-mod choose;
-mod cpu;
-mod cross_check;
+mod devices;
 mod evaluator;
-pub mod gpu;
-mod guard;
-#[doc(hidden)]
-pub mod identity;
 mod interrupt;
-mod judgement;
-mod leaps;
-mod loss;
-#[doc(hidden)]
-pub mod physics;
 mod population;
 pub mod problem;
-pub mod reference;
 mod score;
-mod series;
-#[doc(hidden)]
-pub mod simulate;
-mod warnings;
-#[doc(hidden)]
-pub mod wgsl;
+mod simulation;
 #[doc(hidden)]
 pub mod workload;
 
 pub use crate::model::base::servo_valve::{parameters_for, scale_of, structure_for};
-pub(crate) use arrival::JITTER;
+pub use checking::cross_check::Thoroughness;
+pub use checking::guard::{Guarded, Standby};
+pub use checking::judgement::PARITY;
 pub use checkpoint::{Checkpoint, Fingerprint, Memory, Remembering};
-pub use choose::{Choice, Chosen, choose};
-pub use cpu::{CpuEvaluator, Precision, STATE_LIMIT};
-pub use cross_check::Thoroughness;
+pub use devices::choose::{Choice, Chosen, choose};
+pub use devices::cpu::{CpuEvaluator, Precision};
+pub use devices::gpu;
+#[doc(hidden)]
+pub use devices::wgsl;
 pub use evaluator::{Evaluator, Job};
-pub use guard::{Guarded, Standby};
 pub use interrupt::Interrupt;
-pub use judgement::PARITY;
-pub use loss::{Loss, OwnLoss, SizedLoss};
 pub use population::{Cost, Population, Status};
 pub use problem::Problem;
+#[doc(hidden)]
+pub use problem::identity;
+pub use problem::loss::{Loss, OwnLoss, SizedLoss};
 pub use score::Score;
+pub use simulation::reference;
+pub use simulation::simulate::STATE_LIMIT;
+#[doc(hidden)]
+pub use simulation::{physics, simulate};

@@ -1,8 +1,8 @@
 //! Made-up problems and populations, the same for `servobee bench`, the benchmarks and tests.
 
-use super::Population;
-use super::problem::{Data, Problem, Sample, Series};
-use super::simulate::outputs;
+use crate::evaluate::Population;
+use crate::evaluate::problem::{Data, Problem, Sample, Series};
+use crate::evaluate::simulation::simulate::outputs;
 use crate::model::effects::entry;
 use crate::model::valve::ValveForm;
 use crate::model::{Input, Output, ServoValve, Structure};

@@ -1,9 +1,9 @@
 //! C: the traced physics, and the loop that goes from one communication point to the next as the simulation does.
 
 use super::{Model, inputs};
-use crate::evaluate::JITTER;
 use crate::evaluate::STATE_LIMIT;
 use crate::evaluate::physics::{Function, INPUTS, Kind, LEAP, Physics};
+use crate::evaluate::problem::JITTER;
 use crate::model::integrate::STEP_FRACTION;
 use crate::model::leap::{MOST_PARTS, STEPS_OF_A_LEAP, Stride};
 use crate::model::real::Traced;

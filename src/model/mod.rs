@@ -2,6 +2,7 @@
 
 pub mod actuator;
 pub mod base;
+pub mod declare;
 pub mod effects;
 mod fluid;
 mod free_form;

@@ -2,7 +2,8 @@
 
 use super::actuator::Actuator;
 use super::base::servo_valve::ServoValveEquations;
-use super::base::{BaseEquations, Equations, Given, Shown, WithEquations, each_base};
+use super::base::{BaseEquations, Equations, Shown, WithEquations, each_base};
+use super::declare::Given;
 use super::effects::{Act, Port};
 use super::free_form::Signal;
 use super::ports::{Attached, Bare};

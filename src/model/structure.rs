@@ -2,7 +2,8 @@
 
 use super::base::each_base;
 use super::base::servo_valve::Drive;
-use super::base::{Base, BaseEquations, BaseModel, Listing, ServoValve};
+use super::base::{Base, BaseEquations, BaseModel, ServoValve};
+use super::declare::Listing;
 use super::effects::{Effect, Port, Scale};
 use super::free_form::FreeForm;
 use super::valve::{Drop, ValveForm};

@@ -1,6 +1,6 @@
 //! The four-way valve: paper eq. 2-3 and Simscape's "4-Way Directional Valve".
 
-use super::base::{Declare, Listing};
+use super::declare::{Declare, Listing};
 use super::orifice::{Orifice, Transition};
 use super::{Input, Parameter, Real};
 use serde::{Deserialize, Serialize};
@@ -393,7 +393,7 @@ impl<R: Real> Valve<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::base::Given;
+    use crate::model::declare::Given;
 
     const RATED: Pressures<f64> = Pressures {
         supply: 0.0,

@@ -1,6 +1,5 @@
 //! Renaming the columns of somebody else's file.
 
-use super::Record;
 use super::channel::Channel;
 use super::label::{Label, visible};
 use super::table::Table;
@@ -156,25 +155,5 @@ impl Sources {
                 .map(|mapping| mapping.column.clone())
                 .collect(),
         })
-    }
-}
-
-/// Refuses a mapping whose column is in none of the files that `records` were read from: it is misspelt.
-///
-/// # Errors
-/// There is one.
-pub fn check_mappings(mappings: &[Mapping], records: &[&Record]) -> Result<()> {
-    let lost = |mapping: &&Mapping| {
-        records
-            .iter()
-            .all(|record| record.absent.contains(&mapping.column))
-    };
-    match mappings.iter().find(lost) {
-        None => Ok(()),
-        Some(Mapping { column, .. }) => Err(Error::input(
-            format!("--map {column:?}"),
-            "is no column of any file",
-            "correct its name; servobee inspect lists the columns of a file",
-        )),
     }
 }

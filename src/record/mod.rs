@@ -12,13 +12,14 @@ mod label;
 mod mapping;
 mod mat;
 mod table;
+mod text;
 mod unit;
 
 pub use channel::Channel;
 pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
 pub use format::{Dialect, Format};
-pub use mapping::{Mapping, check_mappings};
-pub(crate) use table::quoted;
+pub use mapping::Mapping;
+pub(crate) use text::quoted;
 pub use unit::{Quantity, Unit};
 
 use crate::input::sha256;
@@ -253,7 +254,7 @@ impl Record {
         let mut remarks = self.warnings.clone();
         if !self.ignored.is_empty() {
             let names = self.ignored.iter().map(String::as_str);
-            remarks.push(format!("ignored the columns {}", table::listed(names)));
+            remarks.push(format!("ignored the columns {}", text::listed(names)));
         }
         remarks
             .iter()
@@ -352,7 +353,7 @@ impl Record {
             &self.path,
             format!(
                 "has no column \"spool [%]\", \"flow [L/min]\" or \"position [mm]\", only \"time\", {}",
-                table::listed(present)
+                text::listed(present)
             ),
             "rename the column that holds one of them or add --map \"COLUMN=spool [UNIT]\"",
         ))
@@ -478,4 +479,24 @@ fn median(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     let middle = values.len() / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Refuses a mapping whose column is in none of the files that `records` were read from: it is misspelt.
+///
+/// # Errors
+/// There is one.
+pub fn check_mappings(mappings: &[Mapping], records: &[&Record]) -> Result<()> {
+    let lost = |mapping: &&Mapping| {
+        records
+            .iter()
+            .all(|record| record.absent.contains(&mapping.column))
+    };
+    match mappings.iter().find(lost) {
+        None => Ok(()),
+        Some(Mapping { column, .. }) => Err(Error::input(
+            format!("--map {column:?}"),
+            "is no column of any file",
+            "correct its name; servobee inspect lists the columns of a file",
+        )),
+    }
 }

@@ -1,6 +1,6 @@
 //! Units, and the one unit that each quantity is kept in.
 
-use super::table::quoted;
+use super::text::quoted;
 use crate::{Error, Result};
 use std::fmt::Display;
 

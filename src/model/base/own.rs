@@ -1,6 +1,7 @@
 //! Base models from outside this crate.
 
-use super::{BaseModel, Declare, Equations, WithEquations};
+use super::{BaseModel, Equations, WithEquations};
+use crate::model::declare::Declare;
 use crate::model::ports::Attached;
 use crate::model::real::reading::{Readings, for_number, reading};
 use crate::model::{Real, Structure};

@@ -6,7 +6,7 @@
 
 use super::cells::{DELIMITERS, Look, look, split};
 use crate::record::label::unit_cell;
-use crate::record::table::quoted;
+use crate::record::text::quoted;
 use crate::record::unit;
 use crate::{Error, Result};
 use std::borrow::Cow;

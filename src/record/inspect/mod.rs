@@ -3,75 +3,29 @@
 mod call;
 mod column;
 mod follow;
+mod inspection;
 mod names;
 mod propose;
 mod suspicions;
+mod targets;
 mod timing;
 
 pub use column::Values;
 pub use follow::Follows;
+pub use inspection::{Inspected, Inspection};
 pub use propose::Proposal;
 pub use timing::{Gap, Timing};
 
-use super::format::Format;
 use super::mapping::{Mapping, Target};
 use super::table::Table;
-use super::{Channel, Record, Unit, file};
+use super::{Record, Unit, file};
 use crate::Result;
 use call::call;
-use propose::{COMMAND, Proposed, proposals};
-use serde::Serialize;
-use std::collections::BTreeMap;
+use inspection::Signals;
+use propose::{Proposed, proposals};
 use std::path::Path;
 use suspicions::suspicions;
-
-/// What was understood of a file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Inspection {
-    /// `servobee/inspect/1`.
-    pub schema: &'static str,
-    /// The file, as it was given.
-    pub path: String,
-    /// How it is written.
-    #[serde(flatten)]
-    pub format: Format,
-    /// Every column, in the order of the file.
-    pub columns: Vec<Inspected>,
-    /// What else is in the file, each with what it is.
-    pub others: Vec<(String, String)>,
-    /// How the samples lie in time, if there is a column of time.
-    pub timing: Option<Timing>,
-    /// The time after which the command repeats itself, in s.
-    pub command_period: Option<f64>,
-    /// How each response follows the command.
-    pub follows: BTreeMap<&'static str, Follows>,
-    /// What looks wrong, each with where.
-    pub warnings: Vec<String>,
-    /// Why no record for `identify` can be read with the mappings that were given, and what can be done.
-    pub problem: Option<String>,
-    /// What the columns that are no channel yet probably are.
-    pub proposals: Vec<Proposal>,
-    /// Why no record can be read with the proposals either, and what can be done; `None` where nothing is wrong.
-    pub problem_left: Option<String>,
-    /// The call of `servobee identify` for this file.
-    pub call: String,
-}
-
-/// A column of a file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Inspected {
-    /// Its name in the file.
-    pub name: String,
-    /// Its unit in the file, if it has one.
-    pub unit: Option<String>,
-    /// What it is taken as, such as `command [mm]`, by its name or a mapping.
-    pub taken_as: Option<String>,
-    /// What it is proposed to be.
-    pub proposed: Option<String>,
-    /// Its values.
-    #[serde(flatten)]
-    pub values: Values,
-}
+use targets::Targets;
 
 impl Inspection {
     /// [`inspect`] of the content of the file called `path`.
@@ -179,39 +133,4 @@ fn taken(table: &Table, mappings: &[Mapping]) -> Targets {
         }
     }
     taken
-}
-
-/// Columns by what they are.
-type Targets = BTreeMap<Target, (usize, &'static Unit)>;
-
-struct Signals<'a> {
-    table: &'a Table,
-    targets: &'a Targets,
-}
-
-impl Signals<'_> {
-    fn values(&self, target: Target) -> Option<&[f64]> {
-        let (index, _) = self.targets.get(&target)?;
-        Some(&self.table.columns[*index].values)
-    }
-
-    fn timing(&self) -> Option<Timing> {
-        let (_, unit) = self.targets.get(&Target::Time)?;
-        let time = self.values(Target::Time)?.iter();
-        Timing::of(&time.map(|&time| unit.convert(time)).collect::<Vec<f64>>())
-    }
-
-    fn command_period(&self) -> Option<f64> {
-        let rows = follow::period(self.values(COMMAND)?)?;
-        Some(rows as f64 * self.timing()?.interval)
-    }
-
-    fn follows(&self) -> BTreeMap<&'static str, Follows> {
-        let follows = |channel: Channel| {
-            let response = self.values(Target::Channel(channel))?;
-            let follows = follow::follows(self.values(COMMAND)?, response)?;
-            Some((channel.name(), follows))
-        };
-        Channel::RESPONSES.into_iter().filter_map(follows).collect()
-    }
 }

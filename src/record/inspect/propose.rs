@@ -2,9 +2,11 @@
 
 use super::follow::{Follows, follows};
 use super::names::{COUNTS, Meaning, is_no_signal, meanings};
+use super::targets::{COMMAND, Targets};
 use crate::record::column::{Column, Odd};
 use crate::record::mapping::Target;
-use crate::record::table::{Table, listed, quoted};
+use crate::record::table::Table;
+use crate::record::text::{listed, quoted};
 use crate::record::{Channel, Mapping, Quantity, SLOW, median_interval, unit};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -37,7 +39,7 @@ pub(super) struct Proposed {
 
 /// Proposals for the columns of `table` that are not in `taken`, and for the targets that are not. All are of one test: of
 /// columns that are equally long, those that make the most of a record.
-pub(super) fn proposals(table: &Table, taken: &super::Targets) -> Proposed {
+pub(super) fn proposals(table: &Table, taken: &Targets) -> Proposed {
     let taken: BTreeMap<Target, usize> = taken
         .iter()
         .map(|(&target, &(index, _))| (target, index))
@@ -376,9 +378,6 @@ impl Finder<'_> {
             .unwrap_or(&label.text)
     }
 }
-
-/// The command as a target.
-pub(super) const COMMAND: Target = Target::Channel(Channel::Command);
 
 /// Whether the values rise, but for a few.
 fn rises(values: &[f64]) -> bool {

@@ -1,7 +1,9 @@
 //! What looks wrong in a file.
 
-use super::{COMMAND, Inspected, Inspection, Signals, Timing};
-use crate::record::table::{count, quoted};
+use super::inspection::{Inspected, Inspection, Signals};
+use super::targets::COMMAND;
+use super::timing::Timing;
+use crate::record::text::{count, quoted};
 
 /// Intervals that vary by more than this fraction are worth a warning.
 const UNEVEN: f64 = 0.05;

@@ -5,7 +5,8 @@ mod element;
 mod value;
 
 use super::format::Format;
-use super::table::{Table, WIDEST, quoted};
+use super::table::{Table, WIDEST};
+use super::text::quoted;
 use crate::{Error, Result};
 use columns::Gathered;
 use element::Reader;

@@ -5,8 +5,9 @@ mod records;
 
 pub use records::{parameters_for, scale_of, structure_for};
 
-use super::{BaseModel, Declare, Equations, Shown, WithEquations};
+use super::{BaseModel, Equations, Shown, WithEquations};
 use crate::model::actuator::Actuator;
+use crate::model::declare::Declare;
 use crate::model::effects::{Moment, Motion, Port};
 use crate::model::ports::Ports;
 use crate::model::valve::{Drop, Pressures, Valve, ValveForm};

@@ -1,19 +1,16 @@
 //! The CPU evaluator: vectors of candidates, one vector a task, tasks on all cores.
 
-use super::problem::{Data, Problem, Series, Tone, Wave};
-use super::reference::cost_in;
-use super::simulate::{response, squares, with_states};
-use super::{Cost, Evaluator, Job, Population};
 use crate::Result;
+use crate::evaluate::problem::{Data, Problem, Series, Tone, Wave};
+use crate::evaluate::simulation::reference::cost_in;
+use crate::evaluate::simulation::simulate::{STATE_LIMIT, response, squares, with_states};
+use crate::evaluate::{Cost, Evaluator, Job, Population};
 use crate::model::real::reading::Wide;
 use crate::model::real::{Element, Lanes};
 use crate::model::{Alone, Outputs, Real, View};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::marker::PhantomData;
-
-/// A state beyond this magnitude (in its own unit) has diverged: far from any valve, and its square still a finite f32.
-pub const STATE_LIMIT: f64 = 1e9;
 
 /// The numbers that the CPU evaluator computes with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,7 +38,7 @@ impl CpuEvaluator {
     }
 
     /// The same without the CPU's vector instructions: slower, and a witness of what these compute.
-    pub(super) fn without_vectors(precision: Precision) -> Self {
+    pub(in crate::evaluate) fn without_vectors(precision: Precision) -> Self {
         Self {
             precision,
             instructions: Arch::Scalar,

@@ -2,9 +2,9 @@
 
 use super::context::Context;
 use super::layout;
-use crate::evaluate::identity::DataIdentity;
+use crate::evaluate::problem::identity::DataIdentity;
 use crate::evaluate::problem::{Data, Problem, SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
-use crate::evaluate::simulate::{CHUNK, SLICE};
+use crate::evaluate::simulation::simulate::{CHUNK, SLICE};
 use crate::{Error, Result};
 use std::ops::Range;
 use std::sync::Arc;

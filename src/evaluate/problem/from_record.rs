@@ -1,6 +1,6 @@
 //! From a record to a series: which channels a structure needs, and in which units.
 
-use super::problem::{Sample, Series};
+use crate::evaluate::problem::{Sample, Series};
 use crate::model::{Input, Output, Outputs, Piston, Structure};
 use crate::record::{Channel, Record};
 use crate::{Error, Result};

@@ -1,6 +1,6 @@
 //! The shader's structs, field by field, and its bindings; a test holds the offsets of the fields against naga's.
 
-use crate::evaluate::physics::INPUTS;
+use crate::evaluate::simulation::physics::INPUTS;
 use crate::model::Output;
 use bytemuck::{Pod, Zeroable};
 

@@ -1,10 +1,10 @@
 //! Composing a shader: the physics of a structure, traced, and the loops of `shaders/evaluate.wgsl`.
 
-use super::cpu::STATE_LIMIT;
-use super::physics::{INPUTS, Kind, LEAP, Physics};
-use super::population::Status;
-use super::problem::{Problem, SAMPLES_PER_PERIOD};
-use super::simulate::{CHUNK, SLICE};
+use crate::evaluate::population::Status;
+use crate::evaluate::problem::{Problem, SAMPLES_PER_PERIOD};
+use crate::evaluate::simulation::physics::{INPUTS, Kind, LEAP, Physics};
+use crate::evaluate::simulation::simulate::STATE_LIMIT;
+use crate::evaluate::simulation::simulate::{CHUNK, SLICE};
 use crate::model::leap::{MOST_PARTS, Stride};
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, Trace, Wgsl};
@@ -12,11 +12,11 @@ use crate::model::{Output, Real};
 use std::fmt::{Display, Write};
 
 /// The loops over rows and tones, bindings and sums: everything that is the same for all structures.
-pub const LOOPS: &str = include_str!("../../shaders/evaluate.wgsl");
+pub const LOOPS: &str = include_str!("../../../shaders/evaluate.wgsl");
 /// From row to row in integration steps.
-const STEPS: &str = include_str!("../../shaders/steps.wgsl");
+const STEPS: &str = include_str!("../../../shaders/steps.wgsl");
 /// From row to row in exact leaps.
-const LEAPS: &str = include_str!("../../shaders/leaps.wgsl");
+const LEAPS: &str = include_str!("../../../shaders/leaps.wgsl");
 
 /// Invocations in a workgroup, unless something else is asked for. `servobee bench --workgroups` on lavapipe: 64 and
 /// 128 are as fast as each other, 32 and 256 up to 7 % slower. No hardware GPU has been measured yet.

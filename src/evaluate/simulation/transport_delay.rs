@@ -1,15 +1,12 @@
 //! When the command arrives late: which of a record's commands act between two rows, exactly for any delay.
 
-use super::problem::Series;
+use crate::evaluate::problem::Series;
 use crate::model::Valued;
-
-/// How much of an interval between rows may be taken for rounding of the time stamps.
-pub(crate) const JITTER: f64 = 1e-6;
 
 /// The commands that act from row `row` to the next when each arrives `delay` seconds late. They change where a row's time
 /// plus the delay falls: the interval is cut there into pieces, of which some have no length.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Arrival<'a, R> {
+pub(in crate::evaluate) struct Arrival<'a, R> {
     series: &'a Series,
     row: usize,
     delay: R,
@@ -19,7 +16,7 @@ pub(super) struct Arrival<'a, R> {
 
 impl<'a, R: Valued> Arrival<'a, R> {
     #[inline(always)]
-    pub(super) fn new(series: &'a Series, row: usize, delay: R) -> Self {
+    pub(in crate::evaluate) fn new(series: &'a Series, row: usize, delay: R) -> Self {
         let now = series.time[row];
         Self {
             series,
@@ -68,13 +65,13 @@ impl<'a, R: Valued> Arrival<'a, R> {
 
     /// The held command at the row.
     #[inline(always)]
-    pub(super) fn held(&self) -> R {
+    pub(in crate::evaluate) fn held(&self) -> R {
         self.command(0).0
     }
 
     /// The interpolated command `after` seconds after the row, in piece `piece`.
     #[inline(always)]
-    pub(super) fn interpolated(&self, piece: usize, after: R) -> R {
+    pub(in crate::evaluate) fn interpolated(&self, piece: usize, after: R) -> R {
         let (value, change) = self.command(piece);
         let (begins, lasts) = self.beginning(piece);
         // At its ends the share keeps its sensitivity to the delay, which a clamp would lose.
@@ -99,7 +96,7 @@ impl<'a, R: Valued> Arrival<'a, R> {
     /// Where piece `piece` ends, in integration steps of the undelayed command: seconds after the row over `substeps`.
     /// `whole` is the step of the whole interval, at which every later piece ends.
     #[inline(always)]
-    pub(super) fn end(&self, piece: usize, substeps: u32, whole: R) -> R {
+    pub(in crate::evaluate) fn end(&self, piece: usize, substeps: u32, whole: R) -> R {
         let late = self.late(piece + 1);
         // A command that arrives with the next row has a piece of no length, which knows how that depends on the delay.
         let early = late.if_positive(R::constant(0.0), -late);
@@ -108,7 +105,7 @@ impl<'a, R: Valued> Arrival<'a, R> {
 
     /// The held command of piece `piece`, unless it arrives after the next row.
     #[inline(always)]
-    pub(super) fn held_in(&self, piece: usize, before: R) -> R {
+    pub(in crate::evaluate) fn held_in(&self, piece: usize, before: R) -> R {
         self.late(piece).if_positive(before, self.command(piece).0)
     }
 }
@@ -135,42 +132,6 @@ impl Series {
         }
         rows.partition_point(arrived) as i64 - 1
     }
-
-    /// Counts for each interval between rows the pieces into which commands that arrive late can cut it.
-    pub(super) fn set_pieces(&mut self) {
-        let mut known: Vec<(f64, u32)> = Vec::new();
-        for k in 1..self.samples.len() {
-            let interval = (self.time[k] - self.time[k - 1]) * (1.0 - JITTER);
-            let near = |(length, _): &&(f64, u32)| *length >= interval && *length < 1.1 * interval;
-            let count = match known.iter().find(near) {
-                Some((_, count)) => *count,
-                None => {
-                    let length = if known.is_empty() {
-                        interval * (1.0 + 0.5 * JITTER)
-                    } else {
-                        1.05 * interval
-                    };
-                    let count = most_in_a_window(&self.time, length);
-                    known.push((length, count));
-                    count
-                }
-            };
-            self.samples[k - 1].pieces = count + 1;
-        }
-    }
-}
-
-/// The largest number of `times` in a window of this length, its end excluded.
-fn most_in_a_window(times: &[f64], length: f64) -> u32 {
-    let mut first = 0;
-    let mut most = 0;
-    for (last, time) in times.iter().enumerate() {
-        while times[first] + length <= *time {
-            first += 1;
-        }
-        most = most.max(last - first + 1);
-    }
-    most as u32
 }
 
 #[cfg(test)]

@@ -1,12 +1,15 @@
 //! The time loops, over [`Real`]: one candidate, or a vector of them, on one record or one tone. Their twins on the
 //! GPU are the loops of `shaders/evaluate.wgsl`; what is summed where is the same in both.
 
-use super::arrival::Arrival;
-use super::leaps::{travel, travel_late};
-use super::loss::SizedLoss;
-use super::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
+use crate::evaluate::problem::loss::SizedLoss;
+use crate::evaluate::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
+use crate::evaluate::simulation::exact_step::{travel, travel_late};
+use crate::evaluate::simulation::transport_delay::Arrival;
 use crate::model::integrate::advance;
 use crate::model::{Dynamics, Hold, Input, Output, Outputs, Real, Structure, Valued, View};
+
+/// A state beyond this magnitude (in its own unit) has diverged: far from any valve, and its square still a finite f32.
+pub const STATE_LIMIT: f64 = 1e9;
 
 /// Rows whose squared errors are summed before they are added to the slice's sum: bounds the rounding in `f32`.
 pub const CHUNK: usize = 128;
@@ -29,7 +32,7 @@ macro_rules! with_states {
         }
     }};
 }
-pub(super) use with_states;
+pub(in crate::evaluate) use with_states;
 
 /// What is told of each row: its number, the state and the outputs; false ends the simulation. Every loop over one kind of
 /// number that takes this is the same function.
@@ -193,7 +196,7 @@ pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<Ou
 }
 
 /// Integrates `record` for these values of all parameters.
-pub(super) fn run<R: Valued, const N: usize, V: View>(
+pub(in crate::evaluate) fn run<R: Valued, const N: usize, V: View>(
     structure: &Structure,
     values: &[R],
     record: &Series,
@@ -228,7 +231,7 @@ impl<'a, R: Real> Squares<'a, R> {
     }
 
     /// The sums of this slice's chunks that are done.
-    pub(super) fn slice(&self) -> Outputs<R> {
+    pub(in crate::evaluate) fn slice(&self) -> Outputs<R> {
         self.slice
     }
 

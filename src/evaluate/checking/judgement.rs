@@ -5,7 +5,7 @@
 //! How much rounding can do to a candidate shows when it is computed in f32 on the CPU, as it is and with its values moved
 //! by a rounding each. A cost within [`MARGIN`] times that says nothing, and one that is the CPU's in f32 is right.
 
-use super::population::Cost;
+use crate::evaluate::population::Cost;
 
 /// Largest relative difference of a cost in f32 from the same in f64, or of two in f32, for candidates anywhere inside
 /// the bounds: measured at up to 3e-5, where a hardly damped spool rings through the whole record.
@@ -16,7 +16,7 @@ const MARGIN: f64 = 10.0;
 
 /// What a cost says of the evaluator that computed it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Judgement {
+pub(in crate::evaluate) enum Judgement {
     /// It is right.
     Right,
     /// It may be right or wrong: rounding alone can make such a difference.
@@ -28,7 +28,7 @@ pub(super) enum Judgement {
 impl Judgement {
     /// What a cost that is not the `reference` in f64 says, given those in f32 on the CPU of the same candidate and of its
     /// neighbours.
-    pub(super) fn new(cost: Cost, reference: Cost, rounded: &[Cost]) -> Self {
+    pub(in crate::evaluate) fn new(cost: Cost, reference: Cost, rounded: &[Cost]) -> Self {
         if cost.difference(&rounded[0]) <= PARITY {
             return Self::Right;
         }
@@ -44,7 +44,7 @@ impl Judgement {
     }
 
     /// By how much the cost is wrong, where it is.
-    pub(super) fn fault(&self) -> Option<f64> {
+    pub(in crate::evaluate) fn fault(&self) -> Option<f64> {
         match *self {
             Self::Wrong(by) => Some(by),
             Self::Right | Self::Inconclusive => None,

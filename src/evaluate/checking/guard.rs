@@ -1,9 +1,9 @@
 //! Evaluators that take over from each other: one that fails or computes wrong costs is given up, by name.
 
-use super::cross_check::{CrossCheck, Thoroughness};
-use super::evaluator::{Evaluator, Job};
-use super::population::Cost;
-use super::warnings::Warnings;
+use crate::evaluate::checking::cross_check::{CrossCheck, Thoroughness};
+use crate::evaluate::checking::warnings::Warnings;
+use crate::evaluate::evaluator::{Evaluator, Job};
+use crate::evaluate::population::Cost;
 use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! How often an invocation goes round its loops, which one driver limits.
 
 use crate::evaluate::problem::{Data, Problem, SAMPLES_PER_PERIOD, Sample, Series, Tone};
-use crate::evaluate::simulate::CHUNK;
+use crate::evaluate::simulation::simulate::CHUNK;
 use crate::model::leap::MOST_PARTS;
 use crate::{Error, Result};
 

@@ -1,8 +1,10 @@
 //! One candidate in f64: trajectories, phases, costs, and their exact sensitivities.
 
-use super::STATE_LIMIT;
-use super::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
-use super::simulate::{Row, Squares, outputs, response, run, series, with_states};
+use crate::evaluate::STATE_LIMIT;
+use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
+use crate::evaluate::simulation::simulate::{
+    Row, Squares, outputs, response, run, series, with_states,
+};
 use crate::model::real::{Dual, PASS};
 use crate::model::{Alone, BarePlant, Output, Outputs, Real, Structure, Valued, View};
 use std::f64::consts::LN_10;
@@ -44,7 +46,7 @@ pub fn cost_up_to(problem: &Problem, free: &[f64], most: f64) -> Option<f64> {
 
 /// The cost of a candidate's free values as it is computed in `R`, or `None` where a state has left all bounds, or the first
 /// rows alone cost more than `most`.
-pub(super) fn cost_in<R: Valued + Into<f64>>(
+pub(in crate::evaluate) fn cost_in<R: Valued + Into<f64>>(
     problem: &Problem,
     free: &[f64],
     most: f64,

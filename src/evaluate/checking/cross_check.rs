@@ -5,12 +5,12 @@
 //! comparisons differ. An evaluator that is right but for one candidate in a thousand is rejected in 4 of 100 000 second
 //! samples, one that is wrong in one candidate of ten in 96 of 100.
 
-use super::cpu::{CpuEvaluator, Precision};
-use super::evaluator::{Evaluator, Job};
-use super::identity::Identity;
-use super::judgement::{Judgement, PARITY};
-use super::population::{Cost, Population};
-use super::problem::Problem;
+use crate::evaluate::checking::judgement::{Judgement, PARITY};
+use crate::evaluate::devices::cpu::{CpuEvaluator, Precision};
+use crate::evaluate::evaluator::{Evaluator, Job};
+use crate::evaluate::population::{Cost, Population};
+use crate::evaluate::problem::Problem;
+use crate::evaluate::problem::identity::Identity;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -61,7 +61,7 @@ impl Thoroughness {
 type Candidate = (usize, usize);
 
 /// Checks samples of the costs that one evaluator computes.
-pub(super) struct CrossCheck {
+pub(in crate::evaluate) struct CrossCheck {
     thoroughness: Thoroughness,
     double: CpuEvaluator,
     single: CpuEvaluator,
@@ -79,7 +79,7 @@ pub(super) struct CrossCheck {
 }
 
 impl CrossCheck {
-    pub(super) fn new(thoroughness: Thoroughness) -> Self {
+    pub(in crate::evaluate) fn new(thoroughness: Thoroughness) -> Self {
         let reference = match thoroughness {
             Thoroughness::Device => CpuEvaluator::new,
             Thoroughness::Cpu => CpuEvaluator::without_vectors,
@@ -100,7 +100,7 @@ impl CrossCheck {
 
     /// Checks the `costs` that the evaluator has computed in `time`. Returns what is wrong with the evaluator, if anything;
     /// once found, it stays wrong.
-    pub(super) fn check(
+    pub(in crate::evaluate) fn check(
         &mut self,
         jobs: &[Job<'_>],
         costs: &[Vec<Cost>],

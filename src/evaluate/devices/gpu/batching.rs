@@ -3,7 +3,7 @@
 use super::configuration::Configuration;
 use super::resident::{Written, bytes};
 use crate::evaluate::evaluator::Job;
-use crate::evaluate::identity::DataIdentity;
+use crate::evaluate::problem::identity::DataIdentity;
 use crate::{Error, Result};
 use std::collections::HashSet;
 use std::ops::Range;

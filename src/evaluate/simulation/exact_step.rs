@@ -1,7 +1,7 @@
 //! From row to row in exact leaps of the spool. The twin of `shaders/leaps.wgsl`.
 
-use super::arrival::Arrival;
-use super::problem::Sample;
+use crate::evaluate::problem::Sample;
+use crate::evaluate::simulation::transport_delay::Arrival;
 use crate::model::actuator::Actuator;
 use crate::model::leap::{MOST_PARTS, Place, Stride};
 use crate::model::{Dynamics, Valued};
@@ -52,7 +52,7 @@ fn leap<R: Valued>(
     reason = "a closure is not always inlined, and only what is inlined is compiled for wide vectors"
 )]
 #[inline(always)]
-pub(super) fn travel<R: Valued>(
+pub(in crate::evaluate) fn travel<R: Valued>(
     actuator: &Actuator<R>,
     stride: &Stride<R>,
     state: &mut [R],
@@ -77,7 +77,7 @@ pub(super) fn travel<R: Valued>(
 
 /// The same while held commands arrive late; `command` is the one that acts at the row.
 #[inline(always)]
-pub(super) fn travel_late<R: Valued, D: Dynamics<R>>(
+pub(in crate::evaluate) fn travel_late<R: Valued, D: Dynamics<R>>(
     plant: &D,
     actuator: &Actuator<R>,
     state: &mut [R],

@@ -1,6 +1,6 @@
 //! What makes problems the same one, for everything that is kept of them.
 
-use super::problem::{Data, Problem};
+use crate::evaluate::problem::{Data, Problem};
 use std::sync::{Arc, Weak};
 
 /// What makes models the same: the structure, the names of its parameters, which of them are fixed, and the loss. The

@@ -1,11 +1,11 @@
 //! Which evaluator a run uses, and why.
 
-use super::cpu::{CpuEvaluator, Precision};
-use super::cross_check::Thoroughness;
-use super::evaluator::Evaluator;
-use super::gpu::{self, Checks, GpuEvaluator};
-use super::guard::{Guarded, Standby};
 use crate::Result;
+use crate::evaluate::checking::cross_check::Thoroughness;
+use crate::evaluate::checking::guard::{Guarded, Standby};
+use crate::evaluate::devices::cpu::{CpuEvaluator, Precision};
+use crate::evaluate::devices::gpu::{self, Checks, GpuEvaluator};
+use crate::evaluate::evaluator::Evaluator;
 use std::str::FromStr;
 
 /// What the user asks for.

@@ -10,7 +10,7 @@ use super::resident::{Records, Resident, Rows, rows_of};
 use super::submitter::{Dispatch, Submitter};
 use crate::evaluate::population::{Cost, Status};
 use crate::evaluate::problem::{Data, Series};
-use crate::evaluate::simulate::CHUNK;
+use crate::evaluate::simulation::simulate::CHUNK;
 use crate::model::Outputs;
 use std::iter;
 use std::ops::Range;

@@ -3,7 +3,7 @@
 use crate::model::real::reading::{Readings, for_number, reading};
 use crate::model::{Outputs, Real};
 
-/// What an error costs, for every kind of number: see [`Problem::with_loss`](super::Problem::with_loss).
+/// What an error costs, for every kind of number: see [`Problem::with_loss`](crate::evaluate::Problem::with_loss).
 pub trait Loss: 'static {
     /// The cost of an `error`, measured less simulated, in an output whose noise has this `size`, both in the output's
     /// unit. In the square of that unit; zero where the error is zero and nowhere below it. Intervals mean something as far
@@ -14,7 +14,7 @@ pub trait Loss: 'static {
 /// A loss as a function of one kind of number, and the size of each output's noise.
 pub type SizedLoss<R> = (fn(R, R) -> R, Outputs<f64>);
 
-/// A [`Loss`] that a problem has: see [`Problem::with_loss`](super::Problem::with_loss).
+/// A [`Loss`] that a problem has: see [`Problem::with_loss`](crate::evaluate::Problem::with_loss).
 #[derive(Debug, Clone, Copy)]
 pub struct OwnLoss {
     readings: Readings,
@@ -22,7 +22,7 @@ pub struct OwnLoss {
 }
 
 impl OwnLoss {
-    pub(super) fn new<L: Loss>() -> Self {
+    pub(in crate::evaluate) fn new<L: Loss>() -> Self {
         Self {
             readings: |number| for_number!(number, R => L::of::<R> as fn(R, R) -> R),
             name: std::any::type_name::<L>,
@@ -30,12 +30,12 @@ impl OwnLoss {
     }
 
     /// What the code calls it, to tell it from others.
-    pub(super) fn name(self) -> &'static str {
+    pub(in crate::evaluate) fn name(self) -> &'static str {
         (self.name)()
     }
 
     /// The loss as a function of this kind of number.
-    pub(super) fn function<R: Real>(self) -> fn(R, R) -> R {
+    pub(in crate::evaluate) fn function<R: Real>(self) -> fn(R, R) -> R {
         reading::<R, _>(self.readings)
     }
 }

@@ -1,7 +1,7 @@
 //! What an adapter has to allow.
 
 use super::layout::binding;
-use crate::evaluate::wgsl;
+use crate::evaluate::devices::wgsl;
 
 /// Storage buffers that an entry point of the shader has at most.
 const STORAGE_BUFFERS: u32 = binding::OF_SERIES.len() as u32;

@@ -8,7 +8,7 @@ use super::layout::{self, binding};
 use super::limits::MOST_WORKGROUPS;
 use super::pipeline::Pipeline;
 use super::timings::Timings;
-use crate::evaluate::simulate::{CHUNK, SLICE};
+use crate::evaluate::simulation::simulate::{CHUNK, SLICE};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;

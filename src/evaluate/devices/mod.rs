@@ -1,0 +1,6 @@
+//! What evaluates populations: the CPU's vectors, GPUs, and the choice among them.
+
+pub(super) mod choose;
+pub(super) mod cpu;
+pub mod gpu;
+pub mod wgsl;

@@ -1,0 +1,224 @@
+//! The data of a problem: records in time and tones, cut into integration steps.
+
+use crate::model::integrate::substeps;
+use crate::model::leap::STEPS_OF_A_LEAP;
+use crate::model::{Input, Outputs};
+
+/// How much of an interval between rows may be taken for rounding of the time stamps.
+pub(crate) const JITTER: f64 = 1e-6;
+
+/// One row of a record, ready for integration.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sample {
+    /// Length of the integration steps from this row to the next, s.
+    pub step: f64,
+    /// How many of them there are.
+    pub substeps: u32,
+    /// Into how many pieces commands that arrive late can cut the interval to the next row.
+    pub pieces: u32,
+    /// What drives the model.
+    pub input: Input<f64>,
+    /// The measured outputs; zero where not observed.
+    pub target: Outputs<f64>,
+    /// Weight of this row's squared errors; zero where the row only runs the simulation in.
+    pub weight: f64,
+}
+
+impl Sample {
+    /// Length (s) and number of the parts into which a structure that leaps, or one that does not, cuts the interval to
+    /// the next row.
+    #[inline(always)]
+    pub fn parts(&self, leaps: bool) -> (f64, u32) {
+        match leaps {
+            false => (self.step, self.substeps),
+            // After the last row nothing comes.
+            true if self.substeps == 0 => (0.0, 0),
+            true => {
+                let count = self.substeps.div_ceil(STEPS_OF_A_LEAP);
+                let seconds = self.step * f64::from(self.substeps);
+                (seconds / f64::from(count), count)
+            }
+        }
+    }
+}
+
+/// A record in time, ready for integration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Its name in messages.
+    pub name: String,
+    /// Time of each row, s.
+    pub time: Vec<f64>,
+    /// The rows.
+    pub samples: Vec<Sample>,
+}
+
+impl Series {
+    /// Cuts the intervals between the rows into steps that a rate of `rate` (1/s) allows, each into `refine` times as
+    /// many.
+    pub fn set_steps(&mut self, rate: f64, refine: u32) {
+        for k in 1..self.samples.len() {
+            let seconds = self.time[k] - self.time[k - 1];
+            let count = substeps(seconds, rate) * refine;
+            let mut step = seconds / f64::from(count);
+            // Rounding of the time stamps does not make another step.
+            if k > 1 && (step / self.samples[k - 2].step - 1.0).abs() < JITTER {
+                step = self.samples[k - 2].step;
+            }
+            self.samples[k - 1].substeps = count;
+            self.samples[k - 1].step = step;
+        }
+        self.set_pieces();
+    }
+
+    /// Counts for each interval between rows the pieces into which commands that arrive late can cut it.
+    fn set_pieces(&mut self) {
+        let mut known: Vec<(f64, u32)> = Vec::new();
+        for k in 1..self.samples.len() {
+            let interval = (self.time[k] - self.time[k - 1]) * (1.0 - JITTER);
+            let near = |(length, _): &&(f64, u32)| *length >= interval && *length < 1.1 * interval;
+            let count = match known.iter().find(near) {
+                Some((_, count)) => *count,
+                None => {
+                    let length = if known.is_empty() {
+                        interval * (1.0 + 0.5 * JITTER)
+                    } else {
+                        1.05 * interval
+                    };
+                    let count = most_in_a_window(&self.time, length);
+                    known.push((length, count));
+                    count
+                }
+            };
+            self.samples[k - 1].pieces = count + 1;
+        }
+    }
+}
+
+/// The largest number of `times` in a window of this length, its end excluded.
+fn most_in_a_window(times: &[f64], length: f64) -> u32 {
+    let mut first = 0;
+    let mut most = 0;
+    for (last, time) in times.iter().enumerate() {
+        while times[first] + length <= *time {
+            first += 1;
+        }
+        most = most.max(last - first + 1);
+    }
+    most as u32
+}
+
+/// A sine whose response is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tone {
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Amplitude, in the unit of the command.
+    pub amplitude: f64,
+    /// Measured phase, degrees, where it is known.
+    pub phase: Option<f64>,
+    /// Measured gain, dB: the response's amplitude over the command's, where it is known.
+    pub gain: Option<f64>,
+    /// Weight of its squared errors.
+    pub weight: f64,
+    /// Periods before the correlation begins.
+    pub settle: u32,
+    /// Periods that are correlated.
+    pub measure: u32,
+    /// Integration steps between two of the samples that are correlated.
+    pub substeps: u32,
+}
+
+/// Degrees of phase that an error of 1 dB counts as: both move the response by the same way in the complex plane,
+/// (180 / π) · ln 10 / 20, rounded.
+pub const DEGREES_PER_DECIBEL: f64 = 6.6;
+
+/// How long the sines last.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stream {
+    /// The defaults of `frest.Sinestream`, as in the paper: four periods, the first of which settles.
+    Paper,
+    /// Long enough for the transient to die out.
+    Settled,
+}
+
+/// Samples per period that are correlated (`frest.Sinestream`'s default).
+pub const SAMPLES_PER_PERIOD: u32 = 40;
+
+/// How long [`Stream::Settled`] lets the transient die out, s, and at least how many periods.
+const SETTLE: (f64, u32) = (1.0, 6);
+
+impl Tone {
+    /// A tone of `stream` whose phase was measured, with as many steps as a rate of `rate` (1/s) asks for, `refine` times finer.
+    pub fn new(
+        frequency: f64,
+        amplitude: f64,
+        phase: f64,
+        weight: f64,
+        stream: Stream,
+        rate: f64,
+        refine: u32,
+    ) -> Self {
+        let (settle, measure) = match stream {
+            Stream::Paper => (1, 3),
+            Stream::Settled => (((frequency * SETTLE.0).ceil() as u32).max(SETTLE.1), 2),
+        };
+        let interval = 1.0 / (frequency * f64::from(SAMPLES_PER_PERIOD));
+        // A power of two, so that every tone strides through one table of sines.
+        let substeps = (substeps(interval, rate) * refine).next_power_of_two();
+        Self {
+            frequency,
+            amplitude,
+            phase: Some(phase),
+            gain: None,
+            weight,
+            settle,
+            measure,
+            substeps,
+        }
+    }
+}
+
+/// The data of a problem.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Data {
+    /// Records in time.
+    Series(Vec<Series>),
+    /// Phases and gains of a sine stream.
+    Tones(Vec<Tone>),
+}
+
+/// One period of the sine stream, both ends included: sine and cosine at every half step of the finest tone.
+pub struct Wave {
+    /// (sin, cos), `2 · SAMPLES_PER_PERIOD · substeps + 1` of them.
+    pub table: Vec<[f64; 2]>,
+    /// Substeps of the finest tone.
+    pub substeps: u32,
+}
+
+impl Wave {
+    /// The table that serves all `tones`.
+    pub fn new(tones: &[Tone]) -> Self {
+        let substeps = tones.iter().map(|t| t.substeps).max().unwrap_or(1);
+        let count = 2 * SAMPLES_PER_PERIOD * substeps;
+        let angle = |i| std::f64::consts::TAU * f64::from(i) / f64::from(count);
+        let table = (0..=count)
+            .map(|i| angle(i).sin_cos())
+            .map(|(sin, cos)| [sin, cos])
+            .collect();
+        Self { table, substeps }
+    }
+}
+
+impl Tone {
+    /// Measured minus simulated phase in degrees, between −180 and 180, for a simulated phase in radians.
+    pub fn phase_error(&self, phase: f64) -> Option<f64> {
+        let error = self.phase? - phase.to_degrees();
+        Some(error - 360.0 * (error / 360.0).round())
+    }
+
+    /// Measured minus simulated gain in dB, for a simulated ratio of amplitudes.
+    pub fn gain_error(&self, ratio: f64) -> Option<f64> {
+        Some(self.gain? - 20.0 * ratio.log10())
+    }
+}

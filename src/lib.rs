@@ -98,6 +98,8 @@
 //!     neutral: &[],
 //!     applies: |_| true,
 //!     outputs: None,
+//!     view: None,
+//!     frequency: None,
 //! })?;
 //! let structure = Structure::actuator(10.0, "V").with(Effect { entry, output: None });
 //! assert!(structure.parameters().iter().any(|parameter| parameter.name == "bend"));

@@ -87,6 +87,8 @@ fn described(
         neutral: &[],
         applies: |_| true,
         outputs: None,
+        view: None,
+        frequency: None,
     }
 }
 
@@ -303,6 +305,8 @@ fn a_parameter_has_a_name_of_its_own() {
     // Of the base model, of the catalogue, of another of one's own, and on two outputs.
     let everywhere = Entry {
         outputs: Some(|_, _| true),
+        view: None,
+        frequency: None,
         ..with(|_, _| vec![Parameter::linear("twin", "1", 0.0, 0.0, 1.0)])
     };
     for (entry, name) in [
@@ -378,6 +382,8 @@ fn more_states_than_a_structure_has_room_for_are_refused() {
     let on_each = Entry {
         states: &["a", "b", "c"],
         outputs: Some(|_, _| true),
+        view: None,
+        frequency: None,
         ..described("wide", |_, _| Vec::new())
     };
     for entry in [alone, on_each] {

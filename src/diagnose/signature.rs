@@ -245,9 +245,13 @@ fn signals(known: KnownRows, structure: &Structure) -> Vec<Signal> {
 
 /// Where in its period the oscillation is that `model` adds to `base`, if it adds one.
 fn oscillation(base: &Refit, model: &Refit, time: &[f64]) -> Option<Signal> {
-    let known = |name: &str| base.parameters.iter().any(|p| p.name == name);
-    let mut own = model.parameters.iter();
-    let frequency = own.find(|p| p.unit == "Hz" && !known(&p.name))?.start;
+    let known = &base.structure.effects;
+    let mut added = model.structure.effects.iter();
+    let name = added.find_map(|effect| match known.contains(effect) {
+        true => None,
+        false => effect.frequency(),
+    })?;
+    let frequency = model.parameters.iter().find(|p| p.name == name)?.start;
     let phase = time.iter().map(|time| (time * frequency).fract());
     Some(Signal::new(
         "phase of the oscillation",

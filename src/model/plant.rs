@@ -375,3 +375,12 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
         }
     }
 }
+
+impl Structure {
+    /// Whether an effect delays the command.
+    pub fn delays(&self) -> bool {
+        let starts = self.parameters().into_iter().map(|one| one.start);
+        let plant = Plant::new(self, &starts.collect::<Vec<f64>>());
+        plant.delay().is_some()
+    }
+}

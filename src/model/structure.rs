@@ -176,13 +176,6 @@ impl Structure {
         nothing && self.servo_valve().is_some()
     }
 
-    /// Whether an effect delays the command.
-    pub fn delays(&self) -> bool {
-        self.effects
-            .iter()
-            .any(|effect| effect.entry.name == "delay")
-    }
-
     /// Whether the spool can be moved in exact leaps (see [`leap`](super::leap)): nothing else moves, and nothing acts on
     /// how it moves but a command that is constant or goes straight.
     pub fn leaps(&self) -> bool {
@@ -218,7 +211,7 @@ impl Structure {
         each_base!(Base, &self.base, base => base.states(self))
     }
 
-    /// All parameters with generic bounds and start values, in the order in which [`Plant::new`] takes them.
+    /// All parameters with generic bounds and start values, in the order in which a plant takes them.
     pub fn parameters(&self) -> Vec<Parameter> {
         self.parameters_at(&self.generic_scale())
     }

@@ -46,6 +46,8 @@ fn main() -> servobee::Result<()> {
         neutral: &[],
         applies: |_| true,
         outputs: None,
+        view: None,
+        frequency: None,
     })?;
     let path = std::env::args().nth(1).expect("a record");
     let problem = IdentificationProblem::of(&[Record::read(path, &[])?], &[], Cut::default())?;

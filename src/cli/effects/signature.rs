@@ -3,7 +3,8 @@
 use servobee::Result;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
-use servobee::model::effects::{Effect, Port, Scale};
+use servobee::model::effects::view::{Excitation, Over, Values, View};
+use servobee::model::effects::{Effect, Scale};
 use servobee::model::valve::ValveForm;
 use servobee::model::{Output, Outputs, Parameter, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
@@ -22,135 +23,45 @@ const VALVE: [(&str, f64); 5] = [
     ("piston_area", 20.0),
 ];
 
-/// What is commanded.
-#[derive(Debug, Clone, Copy)]
-enum Command {
-    /// Periods of so many seconds between +- `height` V.
-    Triangle {
-        height: f64,
-        period: f64,
-        periods: u8,
-    },
-    /// A sine of 5 V whose frequency rises from 0.5 to 5 Hz in 4 s.
-    Chirp,
-    /// 5 V from a tenth of these seconds on.
-    Step { seconds: f64 },
-}
-
-impl Command {
-    fn seconds(self) -> f64 {
-        match self {
-            Self::Triangle {
-                period, periods, ..
-            } => period * f64::from(periods),
-            Self::Chirp => 4.0,
-            Self::Step { seconds } => seconds,
-        }
-    }
-
-    fn at(self, time: f64) -> f64 {
-        match self {
-            Self::Triangle { height, period, .. } => {
-                let phase = (time / period + 0.25).fract();
-                height * (1.0 - 4.0 * (phase - 0.5).abs())
-            }
-            Self::Chirp => 5.0 * (TAU * (0.5 * time + 0.5 * 4.5 / 4.0 * time * time)).sin(),
-            Self::Step { seconds } if time < 0.1 * seconds => 0.0,
-            Self::Step { .. } => 5.0,
-        }
-    }
-
-    /// The row with which the second period starts, where that shows what goes on for ever.
-    fn second_period(self) -> usize {
-        match self {
-            Self::Triangle { period, .. } => (period * RATE) as usize,
-            _ => 0,
-        }
-    }
-
-    fn describe(self) -> String {
-        match self {
-            Self::Triangle { height, period, .. } => {
-                format!("a triangle of +-{height} V every {period} s")
-            }
-            Self::Chirp => "a sine of 5 V from 0.5 to 5 Hz in 4 s".into(),
-            Self::Step { .. } => "a step of 5 V".into(),
-        }
+/// How long it lasts, s.
+fn seconds(command: Excitation) -> f64 {
+    match command {
+        Excitation::Triangle {
+            period, periods, ..
+        } => period * f64::from(periods),
+        Excitation::Chirp => 4.0,
+        Excitation::Step { seconds } => seconds,
     }
 }
 
-/// What the residual is drawn over.
-#[derive(Debug, Clone, Copy)]
-enum Over {
-    Time,
-    Command,
-    CommandRate,
-    /// An output of the model without the effect.
-    Output(Output),
-    OutputRate(Output),
-}
-
-/// How an effect is looked at.
-struct View {
-    command: Command,
-    over: Over,
-    output: Output,
-    values: Values,
-}
-
-/// The values of an effect's free parameters.
-#[derive(Debug, Clone, Copy)]
-enum Values {
-    /// Which of those that a diagnosis tries, or the last.
-    Trial(usize),
-    Given(&'static [f64]),
-}
-
-/// The view that shows `effect` best: where its port is usually seen, but for those that show elsewhere.
-fn view(effect: Effect) -> View {
-    use Values::{Given, Trial};
-    let triangle = |height, period, periods| Command::Triangle {
-        height,
-        period,
-        periods,
-    };
-    let (slow, small) = (triangle(9.0, 8.0, 2), triangle(1.0, 1.0, 2));
-    let step = |seconds| Command::Step { seconds };
-    let measured = effect.output.unwrap_or(Output::Flow);
-    let spool = Over::Output(Output::Spool);
-    let (command, over, output, values) = match (effect.entry.name, effect.entry.port) {
-        ("delay", _) => (Command::Chirp, Over::CommandRate, Output::Spool, Trial(1)),
-        // Little below the fastest that is asked for: a valve that is limited for long runs away.
-        ("slew_limit", _) => (Command::Chirp, Over::Time, Output::Spool, Given(&[140.0])),
-        ("flow_force", _) => (slow, spool, Output::Spool, Trial(1)),
-        ("hysteresis", _) => (small, Over::Command, Output::Spool, Trial(1)),
-        // With stiction, so that it lets go with a jump.
-        ("friction", _) => (small, Over::Command, Output::Spool, Given(&[0.15, 0.15])),
-        ("stroke_limit", _) => (slow, Over::Command, Output::Spool, Trial(3)),
-        ("overlap", _) => (slow, spool, measured, Trial(3)),
-        ("leakage", _) => (slow, spool, measured, Trial(2)),
-        ("supply_droop", _) => {
-            let flow = Over::Output(Output::Flow);
-            (triangle(9.0, 2.0, 2), flow, measured, Trial(3))
+/// The command at a time, V.
+fn at(command: Excitation, time: f64) -> f64 {
+    match command {
+        Excitation::Triangle { height, period, .. } => {
+            let phase = (time / period + 0.25).fract();
+            height * (1.0 - 4.0 * (phase - 0.5).abs())
         }
-        ("viscosity_drift", _) => (triangle(9.0, 2.0, 4), Over::Time, measured, Trial(0)),
-        ("line_resonance", _) => (step(0.4), Over::Time, measured, Trial(1)),
-        ("compressibility" | "sensor_lag", _) => (
-            Command::Chirp,
-            Over::OutputRate(measured),
-            measured,
-            Trial(1),
-        ),
-        ("periodic_disturbance", _) => (step(0.1), Over::Time, measured, Trial(0)),
-        (_, Port::Command | Port::Actuator) => (slow, Over::Command, Output::Spool, Trial(0)),
-        (_, Port::Area) => (slow, spool, measured, Trial(1)),
-        (_, Port::Flow | Port::Measurement) => (step(4.0), Over::Time, measured, Trial(0)),
-    };
-    View {
-        command,
-        over,
-        output,
-        values,
+        Excitation::Chirp => 5.0 * (TAU * (0.5 * time + 0.5 * 4.5 / 4.0 * time * time)).sin(),
+        Excitation::Step { seconds } if time < 0.1 * seconds => 0.0,
+        Excitation::Step { .. } => 5.0,
+    }
+}
+
+/// The row with which the second period starts, where that shows what goes on for ever.
+fn second_period(command: Excitation) -> usize {
+    match command {
+        Excitation::Triangle { period, .. } => (period * RATE) as usize,
+        _ => 0,
+    }
+}
+
+fn describe(command: Excitation) -> String {
+    match command {
+        Excitation::Triangle { height, period, .. } => {
+            format!("a triangle of +-{height} V every {period} s")
+        }
+        Excitation::Chirp => "a sine of 5 V from 0.5 to 5 Hz in 4 s".into(),
+        Excitation::Step { .. } => "a step of 5 V".into(),
     }
 }
 
@@ -201,15 +112,15 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(effect: Effect, command: Command) -> Result<Self> {
-        let rows = (command.seconds() * RATE).round() as usize + 1;
+    fn new(effect: Effect, command: Excitation) -> Result<Self> {
+        let rows = (seconds(command) * RATE).round() as usize + 1;
         let time: Vec<f64> = (0..rows).map(|row| row as f64 / RATE).collect();
-        let volts = time.iter().map(|&time| command.at(time)).collect();
+        let volts = time.iter().map(|&time| at(command, time)).collect();
         let channel = (Channel::Command, record::Series::new("V", volts));
         let record = Record::new("bench", time, [channel])?;
         let structure = bench().with(effect);
         let mut series = Series::to_simulate(&record, &structure)?;
-        let parameters = structure.parameters_at(&scale(command.seconds()));
+        let parameters = structure.parameters_at(&scale(seconds(command)));
         series.set_steps(structure.fastest_rate(&parameters), 1);
         let mut base = bench().parameters();
         for parameter in &mut base {
@@ -237,8 +148,8 @@ impl Bench {
 
 /// Every parameter of `effect` with the value at which the effect is absent, or none where the others see to that.
 pub(super) fn absent(effect: Effect) -> Result<Vec<(Parameter, Option<f64>)>> {
-    let command = view(effect).command;
-    let parameters = effect.parameters(&scale(command.seconds()));
+    let command = effect.view().excitation;
+    let parameters = effect.parameters(&scale(seconds(command)));
     let start = |parameter: &Parameter| {
         let given = effect.entry.neutral.iter();
         let bare = |name: &str| match effect.output {
@@ -265,12 +176,12 @@ impl Signature {
     /// The signature of `effect` on the bench.
     pub(super) fn new(effect: Effect) -> Result<Self> {
         let View {
-            command,
+            excitation: command,
             over,
-            output,
             values,
-        } = view(effect);
-        let scale = scale(command.seconds());
+        } = effect.view();
+        let output = effect.looked_at();
+        let scale = scale(seconds(command));
         let trials = effect.trials(&scale);
         let free = match values {
             Values::Trial(index) => &trials[index.min(trials.len() - 1)],
@@ -298,16 +209,21 @@ impl Signature {
             samples.map(|sample| sample.input.command).collect()
         };
         let unit = |output: Output| bench.structure.unit(output);
+        let simulated = |output: Output| {
+            let name = format!("{} [{}]", output.name(), unit(output));
+            (of(output), name)
+        };
         let first = match over {
             Over::Time => 0,
-            _ => command.second_period(),
+            _ => second_period(command),
         };
         let (over, name): (Vec<f64>, String) = match over {
             Over::Time => (bench.series.time.clone(), "time [s]".into()),
             Over::Command => (commanded(), "command [V]".into()),
             Over::CommandRate => (rate(commanded()), "rate of the command [V/s]".into()),
-            Over::Output(output) => (of(output), format!("{} [{}]", output.name(), unit(output))),
-            Over::OutputRate(output) => (
+            Over::Spool => simulated(Output::Spool),
+            Over::Flow => simulated(Output::Flow),
+            Over::OutputRate => (
                 rate(of(output)),
                 format!("rate of the {} [{}/s]", output.name(), unit(output)),
             ),
@@ -319,7 +235,7 @@ impl Signature {
         let points = over.into_iter().zip(residual).map(|(x, y)| [x, y]);
         Ok(Self {
             values,
-            command: command.describe(),
+            command: describe(command),
             names: [
                 name,
                 format!("residual of the {} [{}]", output.name(), unit(output)),

@@ -95,7 +95,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
                     }
                 };
                 let change = (structure.hold == Hold::Interpolated)
-                    .then(|| next.input.command - sample.input.command);
+                    .then_some(next.input.command - sample.input.command);
                 D::outlined(
                     #[inline(always)]
                     || travel(actuator, &stride, &mut state, input.command, change, sample),

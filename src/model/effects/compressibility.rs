@@ -2,6 +2,7 @@
 
 use super::act::lagged;
 use super::entry;
+use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
 pub(super) const ENTRY: Entry = Entry {
@@ -28,6 +29,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[("compressibility", 0.0)],
     applies: entry::has_a_valve,
     outputs: Some(entry::flow_outputs),
+    view: Some(View::new(Excitation::Chirp, Over::OutputRate, Values::Trial(1))),
+    frequency: None,
 };
 
 /// A trapped volume of oil fills before the flow passes on.

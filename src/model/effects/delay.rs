@@ -1,6 +1,7 @@
 //! The command arrives late.
 
 use super::entry;
+use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
@@ -28,6 +29,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::always,
     outputs: None,
+    view: Some(View::new(Excitation::Chirp, Over::CommandRate, Values::Trial(1))),
+    frequency: None,
 };
 
 /// The command acts a fixed time after it is given.

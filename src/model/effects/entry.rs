@@ -1,5 +1,6 @@
 //! An effect's place in the catalogue, and an effect chosen from it.
 
+use super::view::{View, looked_at};
 use super::{entry, known};
 use crate::model::valve::Drop;
 use crate::model::{Output, Outputs, Parameter, Piston, Structure};
@@ -118,6 +119,10 @@ pub struct Entry {
     pub applies: fn(&Structure) -> bool,
     /// For an effect that acts on one output at a time: on which ones it can.
     pub outputs: Option<fn(&Structure, Output) -> bool>,
+    /// How it is looked at, where that is not as its port is: see [`View::of_port`].
+    pub view: Option<View>,
+    /// The parameter that is the frequency of what it adds, Hz, where it adds an oscillation.
+    pub frequency: Option<&'static str>,
 }
 
 impl Entry {
@@ -194,6 +199,22 @@ impl Effect {
     /// Its parameters.
     pub fn parameters(&self, scale: &Scale) -> Vec<Parameter> {
         (self.entry.parameters)(scale, self.output)
+    }
+
+    /// The view that shows it best.
+    pub fn view(&self) -> View {
+        let usual = View::of_port(self.entry.port);
+        self.entry.view.unwrap_or(usual)
+    }
+
+    /// The name of the parameter that is the frequency of what it adds, where it adds an oscillation.
+    pub fn frequency(&self) -> Option<String> {
+        self.entry.frequency.map(|name| on(name, self.output))
+    }
+
+    /// The output in which it is looked at.
+    pub fn looked_at(&self) -> Output {
+        looked_at(self.entry.port, self.output)
     }
 
     /// Values of its free parameters where a search for it begins.

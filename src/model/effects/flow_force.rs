@@ -1,6 +1,7 @@
 //! The flow pushes the spool towards null.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
 
@@ -20,6 +21,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::moves_a_spool,
     outputs: None,
+    view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(1))),
+    frequency: None,
 };
 
 /// The steady flow force pulls the spool towards null like a spring.

@@ -1,6 +1,7 @@
 //! The spool sticks.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
 
@@ -49,6 +50,9 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::moves_a_spool,
     outputs: None,
+    // With stiction, so that it lets go with a jump.
+    view: Some(View::new(view::SMALL, Over::Command, Values::Given(&[0.15, 0.15]))),
+    frequency: None,
 };
 
 /// Coulomb and Stribeck friction: the spool sticks until the error is large enough.

@@ -20,6 +20,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::has_a_valve,
     outputs: None,
+    view: None,
+    frequency: None,
 };
 
 /// The flow gain changes along the stroke.

@@ -1,6 +1,7 @@
 //! The command acts through a play.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
@@ -32,6 +33,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::always,
     outputs: None,
+    view: Some(View::new(view::SMALL, Over::Command, Values::Trial(1))),
+    frequency: None,
 };
 
 /// The command acts through a play: rate-independent hysteresis.

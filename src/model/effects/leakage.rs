@@ -1,6 +1,7 @@
 //! Oil leaks past the lands.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Output, Parameter, Real};
 
@@ -47,6 +48,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::has_a_valve,
     outputs: None,
+    view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(2))),
+    frequency: None,
 };
 
 /// Oil leaks past the lands: a peak of flow at null, and a laminar part.

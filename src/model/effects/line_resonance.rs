@@ -1,6 +1,7 @@
 //! The line to the flow meter rings.
 
 use super::entry;
+use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Pace, Parameter, Real};
 
@@ -37,6 +38,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[("line_share", 0.0)],
     applies: entry::has_a_valve,
     outputs: Some(entry::flow_outputs),
+    view: Some(View::new(Excitation::Step { seconds: 0.4 }, Over::Time, Values::Trial(1))),
+    frequency: Some("line_frequency"),
 };
 
 /// The oil column in the line rings at its own frequency.

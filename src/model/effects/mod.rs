@@ -6,6 +6,7 @@
 mod act;
 mod entry;
 mod own;
+pub mod view;
 
 pub use act::{Act, Moment, Motion};
 pub use entry::{Effect, Entry, Port, Scale, Trial};

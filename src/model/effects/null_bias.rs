@@ -28,6 +28,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::always,
     outputs: None,
+    view: None,
+    frequency: None,
 };
 
 /// The valve's null does not lie at zero command.

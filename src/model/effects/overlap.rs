@@ -1,6 +1,7 @@
 //! The lands overlap the ports.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
@@ -20,6 +21,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::has_a_valve,
     outputs: None,
+    view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(3))),
+    frequency: None,
 };
 
 /// The spool must move by the overlap before the ports open.

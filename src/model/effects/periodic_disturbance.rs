@@ -1,6 +1,7 @@
 //! Something periodic is added to the measurement.
 
 use super::entry;
+use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
 
@@ -50,6 +51,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::always,
     outputs: Some(entry::any_output),
+    view: Some(View::new(Excitation::Step { seconds: 0.1 }, Over::Time, Values::Trial(0))),
+    frequency: Some("disturbance_frequency"),
 };
 
 /// Mains hum, pump ripple or vibration is added to the measurement.

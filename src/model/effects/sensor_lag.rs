@@ -2,6 +2,7 @@
 
 use super::act::lagged;
 use super::entry;
+use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
 pub(super) const ENTRY: Entry = Entry {
@@ -28,6 +29,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[("sensor_lag", 0.0)],
     applies: entry::always,
     outputs: Some(entry::any_output),
+    view: Some(View::new(Excitation::Chirp, Over::OutputRate, Values::Trial(1))),
+    frequency: None,
 };
 
 /// The sensor follows what it measures with a first-order lag.

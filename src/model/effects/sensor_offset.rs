@@ -28,6 +28,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::always,
     outputs: Some(entry::any_output),
+    view: None,
+    frequency: None,
 };
 
 /// The sensor shows something when there is nothing.

@@ -1,6 +1,7 @@
 //! The spool's speed is limited.
 
 use super::entry;
+use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
 
@@ -33,6 +34,9 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::moves_a_spool,
     outputs: None,
+    // Little below the fastest that is asked for: a valve that is limited for long runs away.
+    view: Some(View::new(Excitation::Chirp, Over::Time, Values::Given(&[140.0]))),
+    frequency: None,
 };
 
 /// The spool cannot move faster than its pilot stage lets it.

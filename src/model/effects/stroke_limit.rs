@@ -1,6 +1,7 @@
 //! The spool meets its end stops.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
 
@@ -32,6 +33,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::moves_a_spool,
     outputs: None,
+    view: Some(View::new(view::SLOW, Over::Command, Values::Trial(3))),
+    frequency: None,
 };
 
 /// The spool stops at the end of its stroke.

@@ -1,6 +1,7 @@
 //! The supply gives way under flow.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Output, Pace, Parameter, Real};
 
@@ -39,6 +40,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::has_a_rated_drop,
     outputs: None,
+    view: Some(View::new(view::triangle(9.0, 2.0, 2), Over::Flow, Values::Trial(3))),
+    frequency: None,
 };
 
 /// The supply pressure falls with the flow that is drawn.

@@ -1,6 +1,7 @@
 //! The flow follows the oil's temperature.
 
 use super::entry;
+use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
 
@@ -36,6 +37,8 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::has_a_valve,
     outputs: None,
+    view: Some(View::new(view::triangle(9.0, 2.0, 4), Over::Time, Values::Trial(0))),
+    frequency: None,
 };
 
 /// Flow and leakage change as the oil warms up.

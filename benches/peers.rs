@@ -74,7 +74,7 @@ fn main() {
     let rows = record(&problem);
     peers.push(alone::<Rk4, 32, 5>(rows, &choose));
     peers.push(alone::<Rk4, 64, 5>(rows, &choose));
-    // What steps small enough for the accuracy of our leaps cost.
+    // What steps small enough for the accuracy of our exact steps cost.
     peers.push(alone::<Rk4, 64, 20>(rows, &choose));
     peers.push(alone::<Rk4, 64, 80>(rows, &choose));
     peers.push(alone::<Midpoint, 64, 80>(rows, &choose));

@@ -61,7 +61,7 @@ struct Stride {
 }
 
 // Integrator and spool, and above zero: what is left to do.
-struct Leap {
+struct ExactStep {
     integrator: f32,
     spool: f32,
     more: f32,
@@ -166,7 +166,7 @@ fn stride_of(plant: Plant, length: f32) -> Stride {
     return Stride(length, length * select(1.0f, 0.25f, ((max(sqrt(t273), length * plant.rate) * 0.95238096f) - 1.0f) > 0.0), t259 + ((t252 * t252) - ((stiffness * t256) * t256)), t268 * plant.rate, t268 * plant.gain, t258 * (2.0f - t258), t271 * length, t271 * plant.time_constant, 1.0f / (plant.gain * plant.time_constant), t273 - 9.0f);
 }
 
-fn leap(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> Leap {
+fn exact_step(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> ExactStep {
     let t45 = state.integrator - state.spool;
     let t290 = command - state.spool;
     let t291 = -t290;
@@ -176,10 +176,10 @@ fn leap(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> 
     let t311 = state.spool + select((stride.kept * t291) + (stride.followed * t45), t300 - ((select(-stride.lead, stride.lead, t290 > 0.0) - t45) * stride.faded), t306 > 0.0);
     let t312 = command - t311;
     let t318 = -t312;
-    return Leap(t308, t311, select(min(((t291 * t291) + ((t45 * t45) * stride.softness)) - (plant.saturation * plant.saturation), max(max(t312, t318) - plant.saturation, max(stride.turns, -(t45 * (t308 - t311))))), plant.saturation - select(t318, t312, t290 > 0.0), t306 > 0.0));
+    return ExactStep(t308, t311, select(min(((t291 * t291) + ((t45 * t45) * stride.softness)) - (plant.saturation * plant.saturation), max(max(t312, t318) - plant.saturation, max(stride.turns, -(t45 * (t308 - t311))))), plant.saturation - select(t318, t312, t290 > 0.0), t306 > 0.0));
 }
 
-fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, left: f32) -> Leap {
+fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, left: f32) -> ExactStep {
     let t290 = command - state.spool;
     let t334 = select(left, stride.part, (left - (stride.part * 1.0001f)) > 0.0);
     let t335 = t334 * plant.rate;
@@ -236,7 +236,7 @@ fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, lef
     let t543 = max(min(max(t489 - ((select(t525, -t525, t344 > 0.0) * t534) / ((t534 * t534) + 1e-30f)), 0.0f), t452), 0.0001f);
     let t544 = t543 * t543;
     let t557 = t544 * t544;
-    return Leap(select(t402, ((state.integrator + (t350 * t543)) + ((t355 + (t361 * t543)) * t544)) + (((t367 + (t373 * t543)) + ((t379 + (t385 * t543)) * t544)) * t557), t461 > 0.0), select(t416, ((state.spool + (t337 * t543)) + ((t353 + (t359 * t543)) * t544)) + (((t365 + (t371 * t543)) + ((t377 + (t383 * t543)) * t544)) * t557), t461 > 0.0), select(t460, t460 + (t334 * (1.0f - t543)), t461 > 0.0));
+    return ExactStep(select(t402, ((state.integrator + (t350 * t543)) + ((t355 + (t361 * t543)) * t544)) + (((t367 + (t373 * t543)) + ((t379 + (t385 * t543)) * t544)) * t557), t461 > 0.0), select(t416, ((state.spool + (t337 * t543)) + ((t353 + (t359 * t543)) * t544)) + (((t365 + (t371 * t543)) + ((t377 + (t383 * t543)) * t544)) * t557), t461 > 0.0), select(t460, t460 + (t334 * (1.0f - t543)), t461 > 0.0));
 }
 
 fn first_position(measured: Measured) -> f32 {

@@ -5,15 +5,15 @@
 //     prepare, initial, command, remember, delay, observe, advance, diverged: the physics, traced from src/model,
 //     first_position, add_errors, add, response, between: the channels,
 //     load_states, store_states, load_results, store_results.
-// After it stands how a state goes from row to row: leaps.wgsl where the spool moves in exact leaps, otherwise steps.wgsl.
+// After it stands how a state goes from row to row: exact_steps.wgsl where the spool moves in exact steps, otherwise steps.wgsl.
 // The twin of these loops on the CPU is src/evaluate/simulate.rs; both sum in the same order.
 
 // One row of a record.
 struct Sample {
     step: f32,
     substeps: u32,
-    leap: f32,
-    leaps: u32,
+    exact_step: f32,
+    exact_steps: u32,
     pieces: u32,
     weight: f32,
     input: Input,

@@ -63,7 +63,7 @@ struct Stride {
 }
 
 // Integrator and spool, and above zero: what is left to do.
-struct Leap {
+struct ExactStep {
     integrator: f32,
     spool: f32,
     more: f32,
@@ -209,7 +209,7 @@ fn stride_of(plant: Plant, length: f32) -> Stride {
     return Stride(length, length * select(1.0f, 0.25f, ((max(sqrt(t535), length * plant.rate) * 0.95238096f) - 1.0f) > 0.0), t521 + ((t514 * t514) - ((stiffness * t518) * t518)), t530 * plant.rate, t530 * plant.gain, t520 * (2.0f - t520), t533 * length, t533 * plant.time_constant, 1.0f / (plant.gain * plant.time_constant), t535 - 9.0f);
 }
 
-fn leap(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> Leap {
+fn exact_step(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> ExactStep {
     let t291 = state.integrator - state.spool;
     let t552 = command - state.spool;
     let t553 = -t552;
@@ -219,10 +219,10 @@ fn leap(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32) -> 
     let t573 = state.spool + select((stride.kept * t553) + (stride.followed * t291), t562 - ((select(-stride.lead, stride.lead, t552 > 0.0) - t291) * stride.faded), t568 > 0.0);
     let t574 = command - t573;
     let t580 = -t574;
-    return Leap(t570, t573, select(min(((t553 * t553) + ((t291 * t291) * stride.softness)) - (plant.saturation * plant.saturation), max(max(t574, t580) - plant.saturation, max(stride.turns, -(t291 * (t570 - t573))))), plant.saturation - select(t580, t574, t552 > 0.0), t568 > 0.0));
+    return ExactStep(t570, t573, select(min(((t553 * t553) + ((t291 * t291) * stride.softness)) - (plant.saturation * plant.saturation), max(max(t574, t580) - plant.saturation, max(stride.turns, -(t291 * (t570 - t573))))), plant.saturation - select(t580, t574, t552 > 0.0), t568 > 0.0));
 }
 
-fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, left: f32) -> Leap {
+fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, left: f32) -> ExactStep {
     let t552 = command - state.spool;
     let t596 = select(left, stride.part, (left - (stride.part * 1.0001f)) > 0.0);
     let t597 = t596 * plant.rate;
@@ -279,7 +279,7 @@ fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, lef
     let t804 = max(min(max(t751 - ((select(t787, -t787, t606 > 0.0) * t796) / ((t796 * t796) + 1e-30f)), 0.0f), t714), 0.0001f);
     let t805 = t804 * t804;
     let t818 = t805 * t805;
-    return Leap(select(t664, ((state.integrator + (t612 * t804)) + ((t617 + (t623 * t804)) * t805)) + (((t629 + (t635 * t804)) + ((t641 + (t647 * t804)) * t805)) * t818), t723 > 0.0), select(t678, ((state.spool + (t599 * t804)) + ((t615 + (t621 * t804)) * t805)) + (((t627 + (t633 * t804)) + ((t639 + (t645 * t804)) * t805)) * t818), t723 > 0.0), select(t722, t722 + (t596 * (1.0f - t804)), t723 > 0.0));
+    return ExactStep(select(t664, ((state.integrator + (t612 * t804)) + ((t617 + (t623 * t804)) * t805)) + (((t629 + (t635 * t804)) + ((t641 + (t647 * t804)) * t805)) * t818), t723 > 0.0), select(t678, ((state.spool + (t599 * t804)) + ((t615 + (t621 * t804)) * t805)) + (((t627 + (t633 * t804)) + ((t639 + (t645 * t804)) * t805)) * t818), t723 > 0.0), select(t722, t722 + (t596 * (1.0f - t804)), t723 > 0.0));
 }
 
 fn first_position(measured: Measured) -> f32 {

@@ -185,10 +185,10 @@ fn neutral_is_absent_to_the_last_bit() {
             let (without, with) = neutral_pair(&base, effect);
             let (a, b) = (at_start(&without), at_start(&with));
             let what = format!("{effect}, {:?}", base.hold);
-            if with.leaps() != without.leaps() {
-                // Absent, the spool leaps; with what acts on its motion it goes in steps, which come closer to that the finer
+            if with.has_exact_steps() != without.has_exact_steps() {
+                // Absent, the spool exact steps; with what acts on its motion it goes in steps, which come closer to that the finer
                 // they are. To the last bit these effects are compared where the piston's position is integrated, which
-                // never leaps.
+                // never exact steps.
                 let finer = difference(&a, &at_start(&with.refined(8)));
                 println!(
                     "{what}: {:.1e}, with finer steps {finer:.1e}",
@@ -790,4 +790,17 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
             }
         }
     }
+}
+
+#[test]
+fn the_frequency_of_an_oscillation_is_one_of_its_parameters() {
+    let structure = bench();
+    let mut oscillating = 0;
+    for effect in all_on(&structure) {
+        let parameters = effect.parameters(&scale(&structure));
+        let in_hertz = parameters.iter().find(|p| p.unit == "Hz");
+        assert_eq!(in_hertz.map(|p| p.name.clone()), effect.frequency());
+        oscillating += usize::from(effect.frequency().is_some());
+    }
+    assert!(oscillating > 1);
 }

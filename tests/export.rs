@@ -58,10 +58,10 @@ struct Case {
     expected: Vec<Vec<f64>>,
 }
 
-/// Largest deviation of a Modelica model of differential equations. Found: 1e-8 where the spool leaps, 2e-5 where
+/// Largest deviation of a Modelica model of differential equations. Found: 1e-8 where the spool exact steps, 2e-5 where
 /// servobee takes steps.
 const SMOOTH: f64 = 1e-4;
-/// Of one that goes in steps. Found: rounding where servobee takes the same steps, 6e-6 where its spool leaps.
+/// Of one that goes in steps. Found: rounding where servobee takes the same steps, 6e-6 where its spool exact steps.
 const SAMPLED: f64 = 1e-4;
 /// Of one whose command is late: a sine, which servobee has straight between rows.
 const LATE: f64 = 1e-3;
@@ -322,7 +322,7 @@ fn an_fmu_keeps_to_the_rules_of_fmi() {
         }
         let parts = case.deviation(found.parts.as_ref().expect("a thorough run"));
         println!("{}: rows in three steps: {parts:.1e}", case.name);
-        // Leaps are exact, however long; the filter of a measurement goes with the steps (README, Limits).
+        // Exact steps are exact, however long; the filter of a measurement goes with the steps (README, Limits).
         let finer = if case.name == "held" { TOLERANCE } else { 3e-4 };
         assert!(parts < finer, "{}: {parts:.1e}", case.name);
         let refused = found.refused.as_ref().expect("a thorough run");

@@ -355,9 +355,9 @@ fn a_literal_of_the_shader_off_by_a_thousandth_is_caught() {
         let reference = on_cpu(Precision::F32, problem, &population);
         let (shader, physics) = (wgsl::compose(problem), wgsl::physics(problem));
         let start = shader.find(&physics).expect("the physics in the shader");
-        // High orders of the leaps' series hardly show, and their guards are for what is rare: see the faults below. A model
-        // that leaps takes no other steps.
-        let series: Vec<Range<usize>> = match problem.leaps() {
+        // High orders of the exact steps' series hardly show, and their guards are for what is rare: see the faults below. A model
+        // that exact steps takes no other steps.
+        let series: Vec<Range<usize>> = match problem.has_exact_steps() {
             true => ["fn advance(", "fn stride_of(", "fn turn("]
                 .map(|name| body(&physics, name))
                 .to_vec(),
@@ -539,7 +539,7 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
     let late = "delay, trial 2, Held, uneven";
     let between = "delay, trial 3, Interpolated, uneven";
     let faults = [
-        (late, "0.0) * (1.0 / f32(leaps))", "0.0)"),
+        (late, "0.0) * (1.0 / f32(exact_steps))", "0.0)"),
         (
             late,
             "select(late, command_of(record, row),",
@@ -697,9 +697,9 @@ fn a_candidate_that_blows_up_is_diverged_everywhere_and_ranks_last() {
             .position(|p| p.name == "time_constant");
         let lag = which.expect("an actuator");
         // From at once to late: rows are about 2 ms apart. Integration steps are stable down to a time constant of a third of
-        // that, leaps far below.
+        // that, exact steps far below.
         let lags = [1e-30, 1e-12, 1e-6, 1e-5, 1e-4, 4e-4];
-        let most = if problem.leaps() { 4 } else { 6 };
+        let most = if problem.has_exact_steps() { 4 } else { 6 };
         for &time_constant in &lags[..most] {
             let mut candidate = problem.start();
             candidate[lag] = time_constant;

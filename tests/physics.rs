@@ -59,7 +59,7 @@ fn order(errors: &[f64]) -> f64 {
 
 #[test]
 fn actuator_follows_the_independent_solutions() {
-    // Whatever the length of the leaps. Where nothing saturates the error is that of the golden files' twelve digits.
+    // Whatever the length of the exact steps. Where nothing saturates the error is that of the golden files' twelve digits.
     for (name, limit) in [
         ("linear", 1e-11),
         ("linear_overdamped", 1e-11),
@@ -95,7 +95,7 @@ fn actuator_follows_the_independent_solutions() {
         let default = error_at(default_rate(), 1);
         let coarse = REFINED.map(|refine| error_at(own_rate(values), refine));
         println!(
-            "{name:20} default leaps {default:.1e}; longest, 4, 16, 64 times shorter {}",
+            "{name:20} default exact_steps {default:.1e}; longest, 4, 16, 64 times shorter {}",
             text(&coarse)
         );
         let worst = coarse.into_iter().fold(default, f64::max);
@@ -130,7 +130,7 @@ fn the_way_out_of_saturation_is_the_closed_form() {
         let default = error_at(default_rate(), 1);
         let coarse = REFINED.map(|refine| error_at(own_rate(values), refine));
         println!(
-            "case {number}: default leaps {default:.1e}; longest, 4, 16, 64 times shorter {}",
+            "case {number}: default exact_steps {default:.1e}; longest, 4, 16, 64 times shorter {}",
             text(&coarse)
         );
         let worst = coarse.into_iter().fold(default, f64::max);

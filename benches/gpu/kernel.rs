@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use servobee::evaluate::problem::Data;
 use servobee::evaluate::{Cost, Evaluator, PARITY, Population, Precision, Problem, workload};
 use servobee::model::Output;
-use servobee::model::leap::MOST_PARTS;
+use servobee::model::exact_step::MOST_PARTS;
 use servobee::{Error, Result};
 use std::time::{Duration, Instant};
 use std::{fs, path::Path};

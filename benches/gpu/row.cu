@@ -1,5 +1,5 @@
 // The base model's exact step, written by hand in CUDA: what the composed shader is compared with where nvcc is there.
-// Its twin is row.wgsl; the equations are those of src/model/leap.rs.
+// Its twin is row.wgsl; the equations are those of src/model/exact_step.rs.
 //
 //     nvcc -O3 -o row row.cu && ./row work.bin        (work.bin: `gpu work FILE`)
 //     g++ -O2 -x c++ -o row row.cu && ./row work.bin  (on the CPU, to check the arithmetic)

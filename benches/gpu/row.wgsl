@@ -1,5 +1,5 @@
 // The base model's exact step, written by hand for one held command and rows that are all alike: the least that a kernel
-// of this arithmetic does. What the composed shader is compared with; the equations are those of src/model/leap.rs.
+// of this arithmetic does. What the composed shader is compared with; the equations are those of src/model/exact_step.rs.
 
 struct Work {
     population: u32,

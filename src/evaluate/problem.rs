@@ -125,12 +125,12 @@ impl Problem {
         self.structure.hold == Hold::Interpolated
     }
 
-    /// Whether the spool moves in exact leaps: see [`Structure::leaps`]. A sine is followed in integration steps.
-    pub fn leaps(&self) -> bool {
-        self.structure.leaps() && matches!(*self.data, Data::Series(_))
+    /// Whether the spool moves in exact steps: see [`Structure::has_exact_steps`]. A sine is followed in integration steps.
+    pub fn has_exact_steps(&self) -> bool {
+        self.structure.has_exact_steps() && matches!(*self.data, Data::Series(_))
     }
 
-    /// Whether all rows of all records are equally far apart, so that all leaps are alike.
+    /// Whether all rows of all records are equally far apart, so that all exact steps are alike.
     pub fn is_even(&self) -> bool {
         let Data::Series(all) = &*self.data else {
             return true;
@@ -144,14 +144,14 @@ impl Problem {
         parts.all(|part| Some(part) == first)
     }
 
-    /// Integration steps, or leaps, that one candidate takes on all the data.
+    /// Integration steps, or exact steps, that one candidate takes on all the data.
     pub fn steps(&self) -> u64 {
-        let leaps = self.leaps();
+        let exact_steps = self.has_exact_steps();
         match &*self.data {
             Data::Series(all) => all
                 .iter()
                 .flat_map(|s| &s.samples)
-                .map(|s| u64::from(s.parts(leaps).1))
+                .map(|s| u64::from(s.parts(exact_steps).1))
                 .sum(),
             Data::Tones(tones) => tones
                 .iter()

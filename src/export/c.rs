@@ -2,10 +2,10 @@
 
 use super::{Model, inputs};
 use crate::evaluate::STATE_LIMIT;
-use crate::evaluate::physics::{Function, INPUTS, Kind, LEAP, Physics};
+use crate::evaluate::physics::{EXACT_STEP, Function, INPUTS, Kind, Physics};
 use crate::evaluate::problem::JITTER;
+use crate::model::exact_step::{MOST_PARTS, STEPS_OF_AN_EXACT_STEP, Stride};
 use crate::model::integrate::STEP_FRACTION;
-use crate::model::leap::{MOST_PARTS, STEPS_OF_A_LEAP, Stride};
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, C, Trace};
 use crate::model::{Hold, Output};
@@ -40,7 +40,7 @@ pub fn program(model: &Model) -> String {
 /// The physics of `model`.
 pub fn physics(model: &Model) -> Source {
     let structure = &model.structure;
-    let leaps = structure.leaps();
+    let exact_steps = structure.has_exact_steps();
     let read = |trace: &Trace| {
         let value = |i| trace.read(format!("parameters[{i}]"));
         let values: Vec<Traced> = (0..model.parameters.len()).map(value).collect();
@@ -49,7 +49,7 @@ pub fn physics(model: &Model) -> Source {
         }
         values
     };
-    let mut physics = Physics::new(structure, leaps, read);
+    let mut physics = Physics::new(structure, exact_steps, read);
     let mut functions = String::new();
     for function in &physics.functions {
         if function.name != "derivative" {
@@ -68,7 +68,7 @@ pub fn physics(model: &Model) -> Source {
         "/* Traced from the equations of servobee: not to be edited, but exported again. */\n\n#include <math.h>\n\
          #include <stdlib.h>\n#include <string.h>\n\n#undef min\n#undef max\n\n",
     );
-    text += &constants(model, leaps);
+    text += &constants(model, exact_steps);
     text += &variables(model, &inputs);
     for (name, fields) in [
         ("Plant", fields),
@@ -76,7 +76,7 @@ pub fn physics(model: &Model) -> Source {
         ("Input", INPUTS.map(String::from).to_vec()),
         ("Outputs", Output::ALL.map(|o| o.name().into()).to_vec()),
         ("Stride", Stride::<Traced>::NAMES.map(String::from).to_vec()),
-        ("Leap", LEAP.map(String::from).to_vec()),
+        ("ExactStep", EXACT_STEP.map(String::from).to_vec()),
     ] {
         text += &struct_text(name, &fields);
     }
@@ -93,22 +93,22 @@ pub fn physics(model: &Model) -> Source {
     Source { text, inputs }
 }
 
-fn constants(model: &Model, leaps: bool) -> String {
+fn constants(model: &Model, exact_steps: bool) -> String {
     let structure = &model.structure;
     let flag = i32::from;
     let rate = structure.fastest_rate(&model.parameters);
     format!(
         "/* Whether inputs go straight from one communication point to the next, instead of being held. */\n\
          #define INTERPOLATED {}\n/* Whether the command arrives late. */\n#define DELAYED {}\n\
-         /* Whether the spool moves in exact leaps, or in integration steps. */\n#define LEAPS {}\n\
+         /* Whether the spool moves in exact steps, or in integration steps. */\n#define EXACT_STEPS {}\n\
          /* The fastest rate inside the bounds of the parameters, 1/s, and which share of its time a step lasts. */\n\
          #define FASTEST_RATE {rate:?}\n#define STEP_FRACTION {STEP_FRACTION:?}\n\
-         #define STEPS_OF_A_LEAP {STEPS_OF_A_LEAP}u\n#define MOST_PARTS {MOST_PARTS}u\n\
+         #define STEPS_OF_AN_EXACT_STEP {STEPS_OF_AN_EXACT_STEP}u\n#define MOST_PARTS {MOST_PARTS}u\n\
          /* How much of a step may be rounding of the time. */\n#define JITTER {JITTER:?}\n\
          /* What is larger has diverged. */\n#define STATE_LIMIT {STATE_LIMIT:?}\n\n",
         flag(structure.hold == Hold::Interpolated),
         flag(structure.delays()),
-        flag(leaps),
+        flag(exact_steps),
     )
 }
 
@@ -154,7 +154,7 @@ fn type_name(kind: Kind) -> &'static str {
         Kind::Input => "Input",
         Kind::Outputs => "Outputs",
         Kind::Stride => "Stride",
-        Kind::Leap => "Leap",
+        Kind::ExactStep => "ExactStep",
     }
 }
 

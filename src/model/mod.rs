@@ -4,13 +4,13 @@ pub mod actuator;
 pub mod base;
 pub mod declare;
 pub mod effects;
+#[doc(hidden)]
+pub mod exact_step;
 mod fluid;
 mod free_form;
 mod input;
 #[doc(hidden)]
 pub mod integrate;
-#[doc(hidden)]
-pub mod leap;
 pub mod orifice;
 mod output;
 mod parameter;

@@ -317,7 +317,7 @@ impl<R: Real> Dynamics<R> for Plant<R> {
 
     #[inline(always)]
     fn exact_step<const N: usize>(&self, structure: &Structure) -> Option<&Actuator<R>> {
-        match structure.leaps() {
+        match structure.has_exact_steps() {
             true => each_base!(BaseEquations, &self.base, base => base.exact_step(&self.attached)),
             false => None,
         }

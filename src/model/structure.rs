@@ -176,9 +176,9 @@ impl Structure {
         nothing && self.servo_valve().is_some()
     }
 
-    /// Whether the spool can be moved in exact leaps (see [`leap`](super::leap)): nothing else moves, and nothing acts on
+    /// Whether the spool can be moved in exact steps (see [`exact_step`](super::exact_step)): nothing else moves, and nothing acts on
     /// how it moves but a command that is constant or goes straight.
-    pub fn leaps(&self) -> bool {
+    pub fn has_exact_steps(&self) -> bool {
         let still = |effect: &Effect| match effect.entry.port {
             Port::Command => self.hold == Hold::Held,
             Port::Actuator => false,

@@ -183,15 +183,15 @@ pub fn now() -> String {
 
 /// The time so many seconds after 1970 began.
 fn date(seconds: u64) -> String {
-    let leap =
+    let exact_step =
         |year: u64| year.is_multiple_of(400) || year.is_multiple_of(4) && !year.is_multiple_of(100);
     let (mut days, rest) = (seconds / 86_400, seconds % 86_400);
     let mut year = 1970;
-    while days >= 365 + u64::from(leap(year)) {
-        days -= 365 + u64::from(leap(year));
+    while days >= 365 + u64::from(exact_step(year)) {
+        days -= 365 + u64::from(exact_step(year));
         year += 1;
     }
-    let february = 28 + u64::from(leap(year));
+    let february = 28 + u64::from(exact_step(year));
     let mut month = 1;
     for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30] {
         if days < length {

@@ -2,10 +2,10 @@
 
 use crate::evaluate::population::Status;
 use crate::evaluate::problem::{Problem, SAMPLES_PER_PERIOD};
-use crate::evaluate::simulation::physics::{INPUTS, Kind, LEAP, Physics};
+use crate::evaluate::simulation::physics::{EXACT_STEP, INPUTS, Kind, Physics};
 use crate::evaluate::simulation::simulate::STATE_LIMIT;
 use crate::evaluate::simulation::simulate::{CHUNK, SLICE};
-use crate::model::leap::{MOST_PARTS, Stride};
+use crate::model::exact_step::{MOST_PARTS, Stride};
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, Trace, Wgsl};
 use crate::model::{Output, Real};
@@ -15,8 +15,8 @@ use std::fmt::{Display, Write};
 pub const LOOPS: &str = include_str!("../../../shaders/evaluate.wgsl");
 /// From row to row in integration steps.
 const STEPS: &str = include_str!("../../../shaders/steps.wgsl");
-/// From row to row in exact leaps.
-const LEAPS: &str = include_str!("../../../shaders/leaps.wgsl");
+/// From row to row in exact steps.
+const EXACT_STEPS: &str = include_str!("../../../shaders/exact_steps.wgsl");
 
 /// Invocations in a workgroup, unless something else is asked for. `servobee bench --workgroups` on lavapipe: 64 and
 /// 128 are as fast as each other, 32 and 256 up to 7 % slower. No hardware GPU has been measured yet.
@@ -29,8 +29,8 @@ pub fn compose(problem: &Problem) -> String {
 
 /// The shader that evaluates `problem`'s structure, with `workgroup` invocations in a workgroup.
 pub fn compose_for(problem: &Problem, workgroup: u32) -> String {
-    let travel = match problem.leaps() {
-        true => LEAPS,
+    let travel = match problem.has_exact_steps() {
+        true => EXACT_STEPS,
         false => STEPS,
     };
     format!(
@@ -73,9 +73,9 @@ pub fn physics(problem: &Problem) -> String {
         }
         values
     };
-    let leaps = problem.leaps();
+    let exact_steps = problem.has_exact_steps();
     let outputs = &problem.structure.observed;
-    let mut physics = Physics::new(&problem.structure, leaps, values);
+    let mut physics = Physics::new(&problem.structure, exact_steps, values);
     let mut functions = String::new();
     for function in &physics.functions {
         let results = match function.kind {
@@ -110,7 +110,11 @@ pub fn physics(problem: &Problem) -> String {
         struct_text("State", &physics.states),
         buffer_text("states", "State", &physics.states),
         diverged_text(&physics.states),
-        if leaps { stride_text() } else { String::new() },
+        if exact_steps {
+            stride_text()
+        } else {
+            String::new()
+        },
         struct_text("Plant", &fields),
         prepare,
         functions,
@@ -180,7 +184,7 @@ fn type_name(kind: Kind) -> &'static str {
         Kind::Input => "Input",
         Kind::Outputs => "Outputs",
         Kind::Stride => "Stride",
-        Kind::Leap => "Leap",
+        Kind::ExactStep => "ExactStep",
     }
 }
 
@@ -207,12 +211,12 @@ fn struct_text<T: Display>(name: &str, fields: &[T]) -> String {
     format!("\nstruct {name} {{\n{}}}\n", fields.concat())
 }
 
-/// The structs `Stride` and `Leap`.
+/// The structs `Stride` and `ExactStep`.
 fn stride_text() -> String {
     format!(
         "{}\n// Integrator and spool, and above zero: what is left to do.{}",
         struct_text("Stride", &Stride::<Traced>::NAMES),
-        struct_text("Leap", &LEAP)
+        struct_text("ExactStep", &EXACT_STEP)
     )
 }
 

@@ -1,7 +1,7 @@
 //! The data of a problem: records in time and tones, cut into integration steps.
 
+use crate::model::exact_step::STEPS_OF_AN_EXACT_STEP;
 use crate::model::integrate::substeps;
-use crate::model::leap::STEPS_OF_A_LEAP;
 use crate::model::{Input, Outputs};
 
 /// How much of an interval between rows may be taken for rounding of the time stamps.
@@ -25,16 +25,16 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Length (s) and number of the parts into which a structure that leaps, or one that does not, cuts the interval to
+    /// Length (s) and number of the parts into which a structure with exact steps, or one without, cuts the interval to
     /// the next row.
     #[inline(always)]
-    pub fn parts(&self, leaps: bool) -> (f64, u32) {
-        match leaps {
+    pub fn parts(&self, exact_steps: bool) -> (f64, u32) {
+        match exact_steps {
             false => (self.step, self.substeps),
             // After the last row nothing comes.
             true if self.substeps == 0 => (0.0, 0),
             true => {
-                let count = self.substeps.div_ceil(STEPS_OF_A_LEAP);
+                let count = self.substeps.div_ceil(STEPS_OF_AN_EXACT_STEP);
                 let seconds = self.step * f64::from(self.substeps);
                 (seconds / f64::from(count), count)
             }

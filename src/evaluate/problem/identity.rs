@@ -32,7 +32,7 @@ impl ModelIdentity {
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct ShaderIdentity {
     model: ModelIdentity,
-    leaps: bool,
+    exact_steps: bool,
     even: bool,
 }
 
@@ -41,7 +41,7 @@ impl ShaderIdentity {
     pub fn of(problem: &Problem) -> Self {
         Self {
             model: ModelIdentity::of(problem),
-            leaps: problem.leaps(),
+            exact_steps: problem.has_exact_steps(),
             even: problem.is_even(),
         }
     }

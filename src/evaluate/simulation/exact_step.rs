@@ -1,14 +1,14 @@
-//! From row to row in exact leaps of the spool. The twin of `shaders/leaps.wgsl`.
+//! From row to row in exact steps of the spool. The twin of `shaders/exact_steps.wgsl`.
 
 use crate::evaluate::problem::Sample;
-use crate::evaluate::simulation::transport_delay::Arrival;
+use crate::evaluate::simulation::transport_delay::TransportDelay;
 use crate::model::actuator::Actuator;
-use crate::model::leap::{MOST_PARTS, Place, Stride};
+use crate::model::exact_step::{MOST_PARTS, Place, Stride};
 use crate::model::{Dynamics, Valued};
 
-/// Moves the spool of `state` by one leap, in which the command begins at `command` and changes by `ramp` a second.
+/// Moves the spool of `state` by one exact step, in which the command begins at `command` and changes by `ramp` a second.
 #[inline(always)]
-fn leap<R: Valued>(
+fn exact_step<R: Valued>(
     actuator: &Actuator<R>,
     stride: &Stride<R>,
     state: &mut [R],
@@ -19,7 +19,7 @@ fn leap<R: Valued>(
         integrator: state[0],
         spool: state[1],
     };
-    let (mut place, crossing) = actuator.leap(stride, from, command, ramp);
+    let (mut place, crossing) = actuator.exact_step(stride, from, command, ramp);
     if crossing.any_positive() {
         R::outlined(
             #[inline(always)]
@@ -45,7 +45,7 @@ fn leap<R: Valued>(
     (state[0], state[1]) = (place.integrator, place.spool);
 }
 
-/// Moves the spool from one row to the next, in leaps of `stride`. Where the command is interpolated, `change` is its
+/// Moves the spool from one row to the next, in exact steps of `stride`. Where the command is interpolated, `change` is its
 /// change from row to row.
 #[allow(
     clippy::manual_map,
@@ -71,7 +71,7 @@ pub(in crate::evaluate) fn travel<R: Valued>(
             None => None,
             Some(ramp) => Some(R::constant(ramp)),
         };
-        leap(actuator, stride, state, now, ramp);
+        exact_step(actuator, stride, state, now, ramp);
     }
 }
 
@@ -83,11 +83,11 @@ pub(in crate::evaluate) fn travel_late<R: Valued, D: Dynamics<R>>(
     state: &mut [R],
     command: R,
     sample: &Sample,
-    arrival: Arrival<R>,
+    delayed: TransportDelay<R>,
 ) {
     R::outlined(
         #[inline(always)]
-        || travel_late_inline(plant, actuator, state, command, sample, arrival),
+        || travel_late_inline(plant, actuator, state, command, sample, delayed),
     );
 }
 
@@ -98,24 +98,24 @@ fn travel_late_inline<R: Valued, D: Dynamics<R>>(
     state: &mut [R],
     mut command: R,
     sample: &Sample,
-    arrival: Arrival<R>,
+    delayed: TransportDelay<R>,
 ) {
     let (length, count) = sample.parts(true);
     let whole = R::constant(length);
     let mut begin = R::constant(0.0);
-    let mut late = arrival.held();
+    let mut late = delayed.held();
     for piece in 0..sample.pieces as usize {
         let end = match piece + 1 == sample.pieces as usize {
             true => whole,
-            false => arrival.end(piece, count, whole),
+            false => delayed.end(piece, count, whole),
         };
         if piece > 0 {
-            late = arrival.held_in(piece, late);
+            late = delayed.held_in(piece, late);
             command = plant.command(state, late);
         }
         let stride = actuator.stride(end - begin);
         for _ in 0..count {
-            leap(actuator, &stride, state, command, None);
+            exact_step(actuator, &stride, state, command, None);
         }
         begin = end;
     }
@@ -123,17 +123,17 @@ fn travel_late_inline<R: Valued, D: Dynamics<R>>(
 
 #[cfg(test)]
 mod tests {
-    use super::leap;
+    use super::exact_step;
     use crate::model::actuator::Actuator;
-    use crate::model::leap::STEPS_OF_A_LEAP;
+    use crate::model::exact_step::STEPS_OF_AN_EXACT_STEP;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Steps of RK4 that a leap is compared with.
+    /// Steps of RK4 that an exact step is compared with.
     const STEPS: u32 = 2000;
 
     #[test]
-    fn a_leap_goes_where_many_small_steps_go() {
+    fn an_exact_step_goes_where_many_small_steps_go() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut errors = Vec::new();
         for number in 0..4000 {
@@ -141,15 +141,15 @@ mod tests {
             let (damping, lag) = (log(0.05, 3.0), log(1e-4, 1e-1));
             let gain = 0.25 / (damping * damping * lag);
             let fastest = lag.min((lag / gain).sqrt());
-            let length = log(0.05, 1.0) * 0.7 * f64::from(STEPS_OF_A_LEAP) * fastest;
+            let length = log(0.05, 1.0) * 0.7 * f64::from(STEPS_OF_AN_EXACT_STEP) * fastest;
             let actuator = Actuator::new(gain, lag, 1.0);
             // Around the edges of the saturation, on both sides of them.
             let mut any = |largest: f64| rng.random_range(-largest..largest);
             let (command, spool, ahead) = (any(3.0), any(1.0), any(2.0) * gain * lag);
             let ramp = (number % 2 == 0).then(|| any(1.5) * gain);
-            let mut leapt = [spool + ahead, spool];
+            let mut stepped_exactly = [spool + ahead, spool];
             let stride = actuator.stride(length);
-            leap(&actuator, &stride, &mut leapt, command, ramp);
+            exact_step(&actuator, &stride, &mut stepped_exactly, command, ramp);
 
             let speed = |[z, x]: [f64; 2], time: f64| {
                 let command = command + ramp.unwrap_or(0.0) * time;
@@ -170,9 +170,9 @@ mod tests {
             }
             let size = 1.0 + ahead.abs();
             errors.push(
-                (leapt[1] - stepped[1])
+                (stepped_exactly[1] - stepped[1])
                     .abs()
-                    .max((leapt[0] - stepped[0]).abs())
+                    .max((stepped_exactly[0] - stepped[0]).abs())
                     / size,
             );
         }

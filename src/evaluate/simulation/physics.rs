@@ -1,7 +1,7 @@
 //! The functions of a structure that a time loop calls, traced: what the shader and the exports are written from.
 
+use crate::model::exact_step::{Place, Stride};
 use crate::model::integrate::advance;
-use crate::model::leap::{Place, Stride};
 use crate::model::real::trace::Trace;
 use crate::model::{
     Dynamics, Hold, Input, MOST_STATES, Output, Outputs, Plant, Real, Structure, real::Traced,
@@ -20,16 +20,16 @@ pub enum Kind {
     Input,
     /// Spool, flow and position.
     Outputs,
-    /// What all leaps of one length have in common.
+    /// What all exact steps of one length have in common.
     Stride,
-    /// Integrator and spool after a leap, and above zero: what is left to do.
-    Leap,
+    /// Integrator and spool after an exact step, and above zero: what is left to do.
+    ExactStep,
 }
 
 /// The fields of an input.
 pub const INPUTS: [&str; Input::<f64>::COUNT] = Input::<f64>::NAMES;
-/// The fields of a leap.
-pub const LEAP: [&str; 3] = ["integrator", "spool", "more"];
+/// The fields of an exact step.
+pub const EXACT_STEP: [&str; 3] = ["integrator", "spool", "more"];
 
 /// A traced function.
 #[derive(Debug)]
@@ -51,23 +51,23 @@ pub struct Physics {
     pub trace: Trace,
     /// The names of the states; one that is not used where there are none.
     pub states: Vec<String>,
-    /// `initial`, `command`, `remember`, `delay`, `observe` and `advance`; `stride_of`, `leap` and `turn` where the spool
-    /// moves in leaps; `derivative`.
+    /// `initial`, `command`, `remember`, `delay`, `observe` and `advance`; `stride_of`, `exact_step` and `turn` where the spool
+    /// moves in exact steps; `derivative`.
     pub functions: Vec<Function>,
     /// Whether the derivative says all about the states: none remembers a command, none is set where a step ends.
     pub smooth: bool,
 }
 
 impl Physics {
-    /// Traces `structure` for values of its parameters that `values` records. `leaps` says whether its spool moves in leaps.
+    /// Traces `structure` for values of its parameters that `values` records. `exact_steps` says whether its spool moves in exact steps.
     pub fn new(
         structure: &Structure,
-        leaps: bool,
+        exact_steps: bool,
         values: impl FnOnce(&Trace) -> Vec<Traced>,
     ) -> Self {
         let mut trace = Trace::start();
         let values = values(&trace);
-        let (functions, smooth) = traced(structure, leaps, &values, &mut trace);
+        let (functions, smooth) = traced(structure, exact_steps, &values, &mut trace);
         let mut states = structure.states();
         if states.is_empty() {
             states.push("unused".into());
@@ -92,7 +92,7 @@ impl Physics {
 
 fn traced(
     structure: &Structure,
-    leaps: bool,
+    exact_steps: bool,
     values: &[Traced],
     trace: &mut Trace,
 ) -> (Vec<Function>, bool) {
@@ -178,8 +178,8 @@ fn traced(
             padded(moved),
         ),
     ];
-    if leaps {
-        let [stride, leap, turn] = leaping(trace, structure, &plant);
+    if exact_steps {
+        let [stride, exact_step, turn] = exact_steps_of(trace, structure, &plant);
         const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];
         functions.extend([
             function(
@@ -189,10 +189,10 @@ fn traced(
                 stride,
             ),
             function(
-                "leap",
+                "exact_step",
                 &[PLANT, ("stride", Kind::Stride), STATE, RUNS[0], RUNS[1]],
-                Kind::Leap,
-                leap,
+                Kind::ExactStep,
+                exact_step,
             ),
             function(
                 "turn",
@@ -204,7 +204,7 @@ fn traced(
                     RUNS[1],
                     ("left", Kind::Real),
                 ],
-                Kind::Leap,
+                Kind::ExactStep,
                 turn,
             ),
         ]);
@@ -226,8 +226,8 @@ fn traced(
     (functions, remembered == state && settled == after)
 }
 
-/// The results of `stride_of`, `leap` and `turn`.
-fn leaping(trace: &Trace, structure: &Structure, plant: &Plant<Traced>) -> [Vec<Traced>; 3] {
+/// The results of `stride_of`, `exact_step` and `turn`.
+fn exact_steps_of(trace: &Trace, structure: &Structure, plant: &Plant<Traced>) -> [Vec<Traced>; 3] {
     let [length, command, left, ramp] =
         ["length", "command", "left", "ramp"].map(|name| trace.read(name));
     let stride = Stride::from_numbers(
@@ -245,7 +245,7 @@ fn leaping(trace: &Trace, structure: &Structure, plant: &Plant<Traced>) -> [Vec<
         |(place, more): (Place<Traced>, Traced)| vec![place.integrator, place.spool, more];
     [
         actuator.stride(length).numbers().to_vec(),
-        results(actuator.leap(&stride, from, command, ramp)),
+        results(actuator.exact_step(&stride, from, command, ramp)),
         results(actuator.turn(&stride, from, command, ramp, left)),
     ]
 }

@@ -4,7 +4,7 @@
 use crate::evaluate::problem::loss::SizedLoss;
 use crate::evaluate::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::evaluate::simulation::exact_step::{travel, travel_late};
-use crate::evaluate::simulation::transport_delay::Arrival;
+use crate::evaluate::simulation::transport_delay::TransportDelay;
 use crate::model::integrate::advance;
 use crate::model::{Dynamics, Hold, Input, Output, Outputs, Real, Structure, Valued, View};
 
@@ -54,21 +54,21 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
     }
     let mut state: [R; N] = plant.initial(&input, &measured);
     let delay = plant.delay();
-    let leaps = plant.exact_step::<N>(structure);
+    let exact_steps = plant.exact_step::<N>(structure);
     let mut stride = None;
     for (k, sample) in samples.iter().enumerate() {
         #[allow(
             clippy::manual_map,
             reason = "a closure is not always inlined, and only what is inlined is compiled for wide vectors"
         )]
-        let arrival = match delay {
+        let delayed = match delay {
             None => None,
-            Some(delay) => Some(Arrival::new(series, k, delay)),
+            Some(delay) => Some(TransportDelay::new(series, k, delay)),
         };
-        let arrived = match arrival {
+        let arrived = match delayed {
             None => input.command,
-            Some(arrival) if structure.hold == Hold::Held => arrival.held(),
-            Some(arrival) => arrival.interpolated(0, R::constant(0.0)),
+            Some(delayed) if structure.hold == Hold::Held => delayed.held(),
+            Some(delayed) => delayed.interpolated(0, R::constant(0.0)),
         };
         input.command = plant.command(&mut state, arrived);
         if !row(k, &state, plant.observe(&state, &input)) {
@@ -77,12 +77,12 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
         let Some(next) = samples.get(k + 1) else {
             return;
         };
-        match (arrival, leaps) {
-            (Some(arrival), Some(actuator)) => {
-                travel_late(plant, actuator, &mut state, input.command, sample, arrival);
+        match (delayed, exact_steps) {
+            (Some(delayed), Some(actuator)) => {
+                travel_late(plant, actuator, &mut state, input.command, sample, delayed);
             }
-            (Some(arrival), None) => {
-                interval(structure, plant, &mut state, input, [sample, next], arrival);
+            (Some(delayed), None) => {
+                interval(structure, plant, &mut state, input, [sample, next], delayed);
             }
             (None, Some(actuator)) => {
                 let (length, _) = sample.parts(true);
@@ -129,11 +129,11 @@ fn interval<R: Valued, const N: usize, D: Dynamics<R>>(
     state: &mut [R; N],
     input: Input<R>,
     samples: [&Sample; 2],
-    arrival: Arrival<R>,
+    delayed: TransportDelay<R>,
 ) {
     R::outlined(
         #[inline(always)]
-        || interval_inline(structure, plant, state, input, samples, arrival),
+        || interval_inline(structure, plant, state, input, samples, delayed),
     );
 }
 
@@ -144,24 +144,24 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
     state: &mut [R; N],
     mut input: Input<R>,
     [sample, next]: [&Sample; 2],
-    arrival: Arrival<R>,
+    delayed: TransportDelay<R>,
 ) {
     let substeps = R::constant(f64::from(sample.substeps));
     let whole = R::constant(sample.step);
     let seconds = next.input.time - sample.input.time;
     let mut begin = R::constant(0.0);
     let mut command = match structure.hold {
-        Hold::Held => arrival.held(),
-        Hold::Interpolated => arrival.interpolated(0, begin),
+        Hold::Held => delayed.held(),
+        Hold::Interpolated => delayed.interpolated(0, begin),
     };
     for piece in 0..sample.pieces as usize {
         let end = match piece + 1 == sample.pieces as usize {
             true => whole,
-            false => arrival.end(piece, sample.substeps, whole),
+            false => delayed.end(piece, sample.substeps, whole),
         };
         let step = end - begin;
         if structure.hold == Hold::Held && piece > 0 {
-            command = arrival.held_in(piece, command);
+            command = delayed.held_in(piece, command);
             input.command = plant.command(state, command);
         }
         for j in 0..sample.substeps {
@@ -172,7 +172,7 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
                     let after = begin * substeps + steps * step;
                     let share = after * R::constant(1.0 / seconds);
                     *input = Input::between(&sample.input, &next.input, share);
-                    let arrived = arrival.interpolated(piece, after);
+                    let arrived = delayed.interpolated(piece, after);
                     command = (whole - begin).if_positive(arrived, command);
                     input.command = plant.command(state, command);
                 }

@@ -6,7 +6,7 @@ use crate::model::Valued;
 /// The commands that act from row `row` to the next when each arrives `delay` seconds late. They change where a row's time
 /// plus the delay falls: the interval is cut there into pieces, of which some have no length.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::evaluate) struct Arrival<'a, R> {
+pub(in crate::evaluate) struct TransportDelay<'a, R> {
     series: &'a Series,
     row: usize,
     delay: R,
@@ -14,7 +14,7 @@ pub(in crate::evaluate) struct Arrival<'a, R> {
     first: R,
 }
 
-impl<'a, R: Valued> Arrival<'a, R> {
+impl<'a, R: Valued> TransportDelay<'a, R> {
     #[inline(always)]
     pub(in crate::evaluate) fn new(series: &'a Series, row: usize, delay: R) -> Self {
         let now = series.time[row];
@@ -162,18 +162,18 @@ mod tests {
 
     /// What acts at every moment, taken from the pieces: (begin, end, command) for each that has a length.
     fn pieces(series: &Series, row: usize, delay: f64) -> Vec<(f64, f64, f64)> {
-        let arrival = Arrival::new(series, row, delay);
+        let delayed = TransportDelay::new(series, row, delay);
         let sample = &series.samples[row];
-        let mut command = arrival.held();
+        let mut command = delayed.held();
         let mut begin = 0.0;
         let mut list = Vec::new();
         for piece in 0..sample.pieces as usize {
             if piece > 0 {
-                command = arrival.held_in(piece, command);
+                command = delayed.held_in(piece, command);
             }
             let end = match piece + 1 == sample.pieces as usize {
                 true => sample.step,
-                false => arrival.end(piece, sample.substeps, sample.step),
+                false => delayed.end(piece, sample.substeps, sample.step),
             };
             // Not what rounding leaves of a piece where a command arrives with a row.
             if end - begin > 1e-12 {

@@ -1,4 +1,4 @@
-/* From one communication point to the next, by the steps or leaps in which servobee's own simulation goes. */
+/* From one communication point to the next, by the steps or exact steps in which servobee's own simulation goes. */
 
 /* The command that is given at a time, s, and how it goes on from there. */
 typedef struct {
@@ -12,7 +12,7 @@ typedef struct {
 typedef struct {
     Plant plant;
     State state;
-    /* The length of the last integration step, and what its leaps have in common. */
+    /* The length of the last integration step, and what its exact steps have in common. */
     double step;
     Stride stride;
     /* The commands that have not arrived yet, after the last that has; none but where an effect delays them. */
@@ -101,12 +101,12 @@ static Outputs look(const Model *model, Input input, double now)
     return observe(model->plant, state, input);
 }
 
-#if LEAPS
-/* One leap, in which the command begins at `acts` and changes by `ramp` a second. */
-static void leap_once(Model *model, Stride stride, double acts, double ramp)
+#if EXACT_STEPS
+/* One exact step, in which the command begins at `acts` and changes by `ramp` a second. */
+static void one_exact_step(Model *model, Stride stride, double acts, double ramp)
 {
     State *state = &model->state;
-    Leap whole = leap(model->plant, stride, *state, acts, ramp);
+    ExactStep whole = exact_step(model->plant, stride, *state, acts, ramp);
     double left = stride.length;
     unsigned i;
     if (!(whole.more > 0.0)) {
@@ -116,7 +116,7 @@ static void leap_once(Model *model, Stride stride, double acts, double ramp)
     }
     for (i = 0; i < MOST_PARTS && left > 0.0; i++) {
         double now = acts + ramp * (stride.length - left);
-        Leap part = turn(model->plant, stride, *state, now, ramp, left);
+        ExactStep part = turn(model->plant, stride, *state, now, ramp, left);
         state->integrator = part.integrator;
         state->spool = part.spool;
         left = part.more;
@@ -124,18 +124,18 @@ static void leap_once(Model *model, Stride stride, double acts, double ramp)
 }
 #endif
 
-/* Makes `count` steps or leaps of `step` seconds in all of which `first` has not been overtaken by a later command. They
+/* Makes `count` steps or exact steps of `step` seconds in all of which `first` has not been overtaken by a later command. They
    begin `begin` seconds after `now`, `seconds` of which are on the way from one input to the other. */
 static void run(Model *model, Given first, double now, double begin, double seconds, double step, unsigned count,
                 Input from, Input to)
 {
     unsigned j;
-#if LEAPS
+#if EXACT_STEPS
     double ramp = INTERPOLATED ? (to.command - from.command) / seconds : 0.0;
     if (model->stride.length != step)
         model->stride = stride_of(model->plant, step);
     for (j = 0; j < count; j++)
-        leap_once(model, model->stride, from.command + ramp * (step * j), ramp);
+        one_exact_step(model, model->stride, from.command + ramp * (step * j), ramp);
     (void)first, (void)now, (void)begin;
 #else
     for (j = 0; j < count; j++) {
@@ -168,10 +168,10 @@ static int travel(Model *model, Input from, Input to, double now, double seconds
     if (fabs(step / model->step - 1.0) < JITTER)
         step = model->step;
     model->step = step;
-    if (LEAPS) {
-        unsigned leaps = (count + STEPS_OF_A_LEAP - 1) / STEPS_OF_A_LEAP;
-        step = step * count / leaps;
-        count = leaps;
+    if (EXACT_STEPS) {
+        unsigned exact_steps = (count + STEPS_OF_AN_EXACT_STEP - 1) / STEPS_OF_AN_EXACT_STEP;
+        step = step * count / exact_steps;
+        count = exact_steps;
     }
 #if DELAYED
     {
@@ -200,7 +200,7 @@ static int travel(Model *model, Input from, Input to, double now, double seconds
     {
         Input input = from;
         input.command = act(model->plant, &model->state, from.command);
-        run(model, only, now, 0.0, seconds, step, count, LEAPS || !INTERPOLATED ? input : from, to);
+        run(model, only, now, 0.0, seconds, step, count, EXACT_STEPS || !INTERPOLATED ? input : from, to);
     }
 #endif
     return 1;

@@ -53,10 +53,10 @@ pub struct Sample {
     pub step: f32,
     /// How many of them there are.
     pub substeps: u32,
-    /// Length of the leaps to the next row, s.
-    pub leap: f32,
+    /// Length of the exact steps to the next row, s.
+    pub exact_step: f32,
     /// How many of them there are.
-    pub leaps: u32,
+    pub exact_steps: u32,
     /// Pieces into which late commands can cut the interval to the next row.
     pub pieces: u32,
     /// Weight of the row's squared errors.

@@ -2,7 +2,7 @@
 
 use crate::evaluate::problem::{Data, Problem, SAMPLES_PER_PERIOD, Sample, Series, Tone};
 use crate::evaluate::simulation::simulate::CHUNK;
-use crate::model::leap::MOST_PARTS;
+use crate::model::exact_step::MOST_PARTS;
 use crate::{Error, Result};
 
 /// Mesa's llvmpipe ends every loop of an invocation, without a word, once it has gone round all of them 65 535 times
@@ -21,11 +21,11 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    /// The loops of `problem`. A chunk of rows in which every leap is cut as often as can be may take more rounds than
+    /// The loops of `problem`. A chunk of rows in which every exact step is cut as often as can be may take more rounds than
     /// there are; it is a dispatch of its own.
     ///
     /// # Errors
-    /// If a chunk in which no leap is cut, or a tone, takes more.
+    /// If a chunk in which no exact step is cut, or a tone, takes more.
     pub(super) fn of(problem: &Problem) -> Result<Self> {
         let per_chunk = |parts| match &*problem.data {
             Data::Series(all) => of_chunks(problem, all, parts),
@@ -70,11 +70,11 @@ fn around(rounds: u32, inner: u64) -> u64 {
     u64::from(rounds) * (1 + inner) + 1
 }
 
-/// Rounds from one row to the next, as `shaders` has its loops, where every leap is cut into `parts`.
+/// Rounds from one row to the next, as `shaders` has its loops, where every exact step is cut into `parts`.
 fn of_row(problem: &Problem, row: &Sample, parts: u32) -> u64 {
-    let (_, leaps) = row.parts(true);
-    let to_next = match (problem.leaps(), problem.interpolates()) {
-        (true, _) => around(leaps, around(parts, 0)),
+    let (_, exact_steps) = row.parts(true);
+    let to_next = match (problem.has_exact_steps(), problem.interpolates()) {
+        (true, _) => around(exact_steps, around(parts, 0)),
         (false, true) => around(row.substeps, around(3, 0)),
         (false, false) => around(row.substeps, 0),
     };

@@ -1,9 +1,9 @@
-// From row to row in exact leaps of the spool. The twin of src/evaluate/leaps.rs.
+// From row to row in exact steps of the spool. The twin of src/evaluate/simulation/exact_step.rs.
 
-// One leap, in which the command begins at `command` and changes by `ramp` a second.
-fn one_leap(plant: Plant, stride: Stride, before: State, command: f32, ramp: f32) -> State {
+// One exact step, in which the command begins at `command` and changes by `ramp` a second.
+fn one_exact_step(plant: Plant, stride: Stride, before: State, command: f32, ramp: f32) -> State {
     var state = before;
-    let whole = leap(plant, stride, before, command, ramp);
+    let whole = exact_step(plant, stride, before, command, ramp);
     if (!(whole.more > 0.0)) {
         state.integrator = whole.integrator;
         state.spool = whole.spool;
@@ -24,14 +24,14 @@ var<private> known: Stride;
 
 // What comes before the rows from number `begin` on.
 fn depart(plant: Plant, record: Series, begin: u32) {
-    known = stride_of(plant, samples[record.first + begin].leap);
+    known = stride_of(plant, samples[record.first + begin].exact_step);
 }
 
 // Moves the spool from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
 fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
     let sample = samples[record.first + k];
-    let leaps = sample.leaps;
-    let length = sample.leap;
+    let exact_steps = sample.exact_steps;
+    let length = sample.exact_step;
     var state = before;
     if (DELAYED) {
         var acts = input.command;
@@ -41,7 +41,7 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
             let row = acting + i32(piece);
             var end = length;
             if (piece + 1u < sample.pieces) {
-                end = length - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / f32(leaps));
+                end = length - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / f32(exact_steps));
             }
             if (piece > 0u) {
                 late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
@@ -49,8 +49,8 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
                 state = remember(plant, state, late);
             }
             let stride = stride_of(plant, end - begin);
-            for (var j = 0u; j < leaps; j++) {
-                state = one_leap(plant, stride, state, acts, 0.0);
+            for (var j = 0u; j < exact_steps; j++) {
+                state = one_exact_step(plant, stride, state, acts, 0.0);
             }
             begin = end;
         }
@@ -63,10 +63,10 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
     var ramp = 0.0;
     if (INTERPOLATED) {
         let next = samples[record.first + k + 1u].input.command;
-        ramp = (next - sample.input.command) / (length * f32(leaps));
+        ramp = (next - sample.input.command) / (length * f32(exact_steps));
     }
-    for (var j = 0u; j < leaps; j++) {
-        state = one_leap(plant, known, state, input.command + ramp * (length * f32(j)), ramp);
+    for (var j = 0u; j < exact_steps; j++) {
+        state = one_exact_step(plant, known, state, input.command + ramp * (length * f32(j)), ramp);
     }
     return state;
 }

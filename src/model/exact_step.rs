@@ -2,16 +2,16 @@
 //!
 //! Between two rows the loop of [`Actuator`] is linear where `|u − x| ≤ S`, and driven at a
 //! constant rate where it is not. Both have closed forms, so that a step may be as long as the rows are apart, however
-//! fast the candidate is: [`Actuator::leap`]. Only a step in which the saturation begins or ends is made in parts, each
+//! fast the candidate is: [`Actuator::exact_step`]. Only a step in which the saturation begins or ends is made in parts, each
 //! of which ends where it does: [`Actuator::turn`].
 
 use super::Real;
 use super::actuator::Actuator;
 
-/// A leap takes the place of at most so many steps of [`integrate`](super::integrate): it lasts no longer than 4.2 of the
+/// An exact step takes the place of at most so many steps of [`integrate`](super::integrate): it lasts no longer than 4.2 of the
 /// fastest time constants that the bounds allow.
-pub const STEPS_OF_A_LEAP: u32 = 6;
-/// Times that the series of a leap's matrix is squared: it is summed for an eighth of the leap.
+pub const STEPS_OF_AN_EXACT_STEP: u32 = 6;
+/// Times that the series of an exact step's matrix is squared: it is summed for an eighth of the exact step.
 const SQUARINGS: i32 = 3;
 /// Terms of that series.
 const TERMS: usize = 8;
@@ -26,10 +26,10 @@ const AHEAD: f64 = 1e-3;
 /// No part is shorter than this share of what is left.
 const SHORTEST: f64 = 1e-4;
 
-/// More parts than any leap needs.
+/// More parts than any exact step needs.
 pub const MOST_PARTS: u32 = 24;
 
-/// What all leaps of one length have in common, for one candidate.
+/// What all exact steps of one length have in common, for one candidate.
 ///
 /// In the linear regime `(z, x)` moves relative to where a straight command drags it by `e^{Aτ} − 1 = m + c A`, with
 /// `A = [[0, −K], [1/T, −1/T]]`; in saturation `z − x` decays by `1 − e^{−τ/T}` towards `±K S T`.
@@ -53,7 +53,7 @@ pub struct Stride<R> {
     lead: R,
     /// 1/(K T).
     softness: R,
-    /// Above zero where the loop may turn twice in a leap.
+    /// Above zero where the loop may turn twice in an exact step.
     turns: R,
 }
 
@@ -129,7 +129,7 @@ impl<R: Real> Edge<R> {
 }
 
 impl<R: Real> Actuator<R> {
-    /// The stride of leaps of `length` seconds.
+    /// The stride of exact steps of `length` seconds.
     #[inline(always)]
     pub fn stride(&self, length: R) -> Stride<R> {
         let constant = R::constant;
@@ -177,10 +177,10 @@ impl<R: Real> Actuator<R> {
         }
     }
 
-    /// Where `from` is after a leap in which the command began at `command` and changed by `ramp` a second; and a number
-    /// that is above zero unless the leap stayed in one regime, without which it is not exact.
+    /// Where `from` is after an exact step in which the command began at `command` and changed by `ramp` a second; and a number
+    /// that is above zero unless the exact step stayed in one regime, without which it is not exact.
     #[inline(always)]
-    pub fn leap(
+    pub fn exact_step(
         &self,
         stride: &Stride<R>,
         from: Place<R>,
@@ -227,7 +227,7 @@ impl<R: Real> Actuator<R> {
             closing_then = closing_then - lead;
             room = (saturation - drag.abs()).max(R::constant(0.0));
         }
-        // The loop's energy only falls: with too little to reach the edge, the leap stays within it.
+        // The loop's energy only falls: with too little to reach the edge, the exact step stays within it.
         let energy = behind * behind + closing * closing * stride.softness;
         let outside = error_then.abs() - saturation;
         let turned = stride.turns.max(-(closing * closing_then));
@@ -240,7 +240,7 @@ impl<R: Real> Actuator<R> {
         (to, beyond.if_positive(left_saturation, left_linear))
     }
 
-    /// Where `from` is after the first part of what is `left` (s) of a leap, and what is left after it. The part ends
+    /// Where `from` is after the first part of what is `left` (s) of an exact step, and what is left after it. The part ends
     /// where saturation begins or ends, otherwise after at most `stride.part` seconds.
     #[inline(always)]
     pub fn turn(

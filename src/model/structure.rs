@@ -92,7 +92,7 @@ impl Structure {
     pub fn servo_valve(&self) -> Option<&ServoValve> {
         match &self.base {
             Base::ServoValve(base) => Some(base),
-            Base::Own(_) => None,
+            _ => None,
         }
     }
 
@@ -100,7 +100,7 @@ impl Structure {
     pub fn servo_valve_mut(&mut self) -> Option<&mut ServoValve> {
         match &mut self.base {
             Base::ServoValve(base) => Some(base),
-            Base::Own(_) => None,
+            _ => None,
         }
     }
 
@@ -262,7 +262,6 @@ impl Structure {
 /// How a structure stands in a model file.
 mod written {
     use super::{Base, Effect, FreeForm, Hold, Initial, Output, ServoValve, ValveForm};
-    use crate::model::base::OwnBase;
     use crate::model::base::servo_valve::{Drive, Piston};
     use serde::{Deserialize, Serialize};
 
@@ -272,7 +271,7 @@ mod written {
         full_scale: f64,
         command_unit: String,
         observed: Vec<Output>,
-        /// The name of a base model from outside this crate.
+        /// The name of a base model other than the servo valve, whose parts are the fields below.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         base: Option<String>,
         #[serde(default)]
@@ -299,7 +298,7 @@ mod written {
         fn from(structure: super::Structure) -> Self {
             let (base, servo_valve) = match structure.base {
                 Base::ServoValve(base) => (None, base),
-                Base::Own(base) => (Some(base.name().into()), ServoValve::default()),
+                other => (Some(other.name().into()), ServoValve::default()),
             };
             Self {
                 full_scale: structure.full_scale,
@@ -323,8 +322,14 @@ mod written {
         type Error = String;
 
         fn try_from(written: Structure) -> Result<Self, String> {
-            let base = match written.base {
-                None => ServoValve {
+            let named = match written.base {
+                None => ServoValve::default().into(),
+                Some(name) => Base::named(&name).ok_or_else(|| {
+                    format!("there is no base model {name:?}: register it, or leave base out for a servo valve")
+                })?,
+            };
+            let base = match named {
+                Base::ServoValve(_) => ServoValve {
                     drive: written.drive,
                     spool_unit: written.spool_unit,
                     piston: written.piston,
@@ -332,9 +337,7 @@ mod written {
                     valve: written.valve,
                 }
                 .into(),
-                Some(name) => Base::Own(OwnBase::named(&name).ok_or_else(|| {
-                    format!("there is no base model {name:?}: register it, or leave base out for a servo valve")
-                })?),
+                other => other,
             };
             Ok(Self {
                 full_scale: written.full_scale,

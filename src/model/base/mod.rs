@@ -149,6 +149,16 @@ macro_rules! base_models {
             }
         })+
 
+        impl Base {
+            /// The base model of this crate called `name`, with its default parts.
+            fn built_in(name: &str) -> Option<Self> {
+                $(if $Type::default().name() == name {
+                    return Some($Type::default().into());
+                })+
+                None
+            }
+        }
+
         /// The equations of a structure's base model.
         #[derive(Debug, Clone)]
         pub(super) enum BaseEquations<R> {
@@ -180,3 +190,16 @@ base_models! {
     servo_valve::ServoValve => ServoValveEquations,
 }
 pub(super) use each_base;
+
+impl Base {
+    /// The base model called `name`: one of this crate, with its default parts, or one that has been
+    /// [registered](register_base).
+    pub fn named(name: &str) -> Option<Self> {
+        Self::built_in(name).or_else(|| OwnBase::named(name).map(Self::Own))
+    }
+
+    /// Its name in model files.
+    pub fn name(&self) -> &'static str {
+        each_base!(Base, self, base => base.name())
+    }
+}

@@ -1,6 +1,6 @@
 //! Base models from outside this crate.
 
-use super::{BaseModel, Equations, WithEquations};
+use super::{Base, BaseModel, Equations, WithEquations};
 use crate::model::declare::Declare;
 use crate::model::ports::Attached;
 use crate::model::real::reading::{Readings, for_number, reading};
@@ -36,8 +36,7 @@ where
     let base = B::default();
     let mut registered = REGISTERED.write().expect("no panic while it is held");
     let name = base.name();
-    let taken = super::ServoValve::default().name() == name;
-    if taken || registered.iter().any(|own| own.name() == name) {
+    if Base::built_in(name).is_some() || registered.iter().any(|own| own.name() == name) {
         return Err(Error::input(
             format!("base model {name:?}"),
             "is there already",

@@ -29,6 +29,10 @@ impl BaseModel for FlowMeter {
         "flow_meter"
     }
 
+    fn parts(&self) -> Vec<&'static str> {
+        vec!["the lag of the flow meter"]
+    }
+
     fn states(&self, _: &Structure) -> Vec<&'static str> {
         vec!["shown"]
     }

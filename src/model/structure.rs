@@ -143,6 +143,11 @@ impl Structure {
         self.observed.contains(&output)
     }
 
+    /// What the base model consists of, in words.
+    pub(crate) fn base_parts(&self) -> Vec<&'static str> {
+        each_base!(Base, &self.base, base => base.parts())
+    }
+
     /// The unit of `output`.
     pub fn unit(&self, output: Output) -> &str {
         each_base!(Base, &self.base, base => base.unit(self, output))

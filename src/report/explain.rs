@@ -1,7 +1,6 @@
 //! The words that terminal and page explain where they first use them.
 
 use crate::model::Structure;
-use crate::model::effects::Port;
 
 /// What held-out rows are.
 pub const HELD_OUT: &str =
@@ -17,23 +16,17 @@ pub const INCOMPLETE: &str = "The model lacks something that it has no name for 
 
 /// What the base model of this `structure` consists of.
 pub fn base_model(structure: &Structure) -> String {
-    let spool = match structure.has(Port::Actuator) {
-        true => "the loop that moves the spool, with its gain, time constant and saturation",
-        false => "a spool that is where the command is",
-    };
-    let mut blocks = vec![spool.to_owned()];
-    if structure.valve().is_some() {
-        blocks.push("the orifices that it opens".into());
-    }
+    let parts = structure.base_parts().into_iter();
+    let mut parts: Vec<String> = parts.map(String::from).collect();
     let known: Vec<String> = structure.effects.iter().map(ToString::to_string).collect();
     if !known.is_empty() {
-        blocks.push(format!(
+        parts.push(format!(
             "what the model file says is known ({})",
             known.join(", ")
         ));
     }
     format!(
         "The base model is {}: everything but the effects that may be missing.",
-        blocks.join(", and ")
+        parts.join(", and ")
     )
 }

@@ -22,6 +22,9 @@ pub trait BaseModel: Send + Sync + 'static {
     /// Its name in model files.
     fn name(&self) -> &'static str;
 
+    /// What it consists of, in words that follow "the base model is".
+    fn parts(&self) -> Vec<&'static str>;
+
     /// Names of its states, in their order.
     fn states(&self, structure: &Structure) -> Vec<&'static str>;
 

@@ -99,6 +99,15 @@ impl BaseModel for ServoValve {
         "servo_valve"
     }
 
+    fn parts(&self) -> Vec<&'static str> {
+        let spool = match self.moves_a_spool() {
+            true => "the loop that moves the spool, with its gain, time constant and saturation",
+            false => "a spool that is where the command is",
+        };
+        let valve = self.valve.as_ref().map(|_| "the orifices that it opens");
+        [spool].into_iter().chain(valve).collect()
+    }
+
     fn states(&self, structure: &Structure) -> Vec<&'static str> {
         let mut names = Vec::new();
         if self.moves_a_spool() {

@@ -65,9 +65,14 @@ impl Bench {
         found.map(|(_, value)| *value)
     }
 
+    /// Whether the base model is a servo valve.
+    pub(super) fn is_servo_valve(&self) -> bool {
+        self.structure.servo_valve().is_some()
+    }
+
     /// Gain, time constant and saturation, where an actuator moves the spool.
     pub(super) fn actuator(&self) -> Option<[f64; 3]> {
-        let moves = self.structure.has(Port::Actuator);
+        let moves = self.is_servo_valve() && self.structure.has(Port::Actuator);
         moves.then(|| {
             [GAIN, TIME_CONSTANT, SATURATION]
                 .map(|name| self.value(name).expect("an actuator has all three"))

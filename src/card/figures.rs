@@ -268,6 +268,7 @@ pub(super) const FIGURES: &[Definition] = &[
 pub(super) struct Conditions {
     drop: Option<f64>,
     moves: bool,
+    is_servo_valve: bool,
     leaks: bool,
     /// The opening up to which the areas are known, %.
     reach: f64,
@@ -284,6 +285,7 @@ impl Conditions {
         Self {
             drop: bench.drop(),
             moves: bench.actuator().is_some(),
+            is_servo_valve: bench.is_servo_valve(),
             reach: bench.reach(),
             leaks: ["leakage_area", "leakage", "opening_offset"]
                 .into_iter()
@@ -294,6 +296,9 @@ impl Conditions {
     /// Why there can be no value of `figure`, if so.
     pub(super) fn lack(&self, figure: &Definition) -> Option<String> {
         Some(match figure.needs {
+            Needs::Valve(_) | Needs::Leak | Needs::Actuator if !self.is_servo_valve => {
+                "the model is of no servo valve".into()
+            }
             Needs::Valve(_) | Needs::Leak if self.drop.is_none() => "no flow was measured".into(),
             Needs::Valve(opening) if self.reach < opening => {
                 format!(

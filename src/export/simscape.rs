@@ -9,7 +9,6 @@ use std::fmt::Write;
 
 /// The script for "Proportional and Servo-Valve Actuator" and "4-Way Directional Valve".
 pub fn script(model: &Model) -> String {
-    let structure = &model.structure;
     let mut text = format!(
         "%% {}\n% Sets the parameters of two blocks of Simscape Fluids (hydraulics):\n\
          %   actuator  Proportional and Servo-Valve Actuator\n%   valve     4-Way Directional Valve\n\
@@ -22,20 +21,29 @@ pub fn script(model: &Model) -> String {
     );
     text += "actuator = 'model/Actuator';   % path of the actuator block\n\
              valve = 'model/Valve';         % path of the valve block\n\n";
-    match structure.has(Port::Actuator) {
-        true => text += &actuator(model),
-        false => {
-            text += "% The spool follows the command at once: the model has no actuator.\n\n";
-        }
-    }
-    match structure.valve() {
-        Some(form) => text += &valve(model, form),
-        None => text += "% No flow is observed: the model has no valve.\n\n",
-    }
+    text += &blocks(model);
     text += &missing(model);
     text += "\nfunction assign(block, names, value)\n    for k = 1:numel(names)\n        try\n            \
              set_param(block, names{k}, value);\n            return\n        catch\n        end\n    end\n    \
              warning('servobee:parameter', '%s: %s is not set', block, strjoin(names, ' or '));\nend\n";
+    text
+}
+
+/// The parameters of both blocks.
+fn blocks(model: &Model) -> String {
+    let structure = &model.structure;
+    if structure.servo_valve().is_none() {
+        let name = structure.base.name();
+        return format!("% The base model is {name}, which neither block represents.\n\n");
+    }
+    let mut text = match structure.has(Port::Actuator) {
+        true => actuator(model),
+        false => "% The spool follows the command at once: the model has no actuator.\n\n".into(),
+    };
+    match structure.valve() {
+        Some(form) => text += &valve(model, form),
+        None => text += "% No flow is observed: the model has no valve.\n\n",
+    }
     text
 }
 

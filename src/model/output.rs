@@ -41,6 +41,8 @@ outputs! {
     Position => "position",
 }
 
+const _: () = assert!(Output::COUNT == Channel::RESPONSES.len());
+
 /// One value for each [`Output`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Outputs<T>(pub [T; Output::COUNT]);

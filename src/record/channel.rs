@@ -6,74 +6,56 @@ use serde::{Deserialize, Serialize};
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
-/// What is measured, or commanded, at every sample. Files and reports write it as [`Channel::name`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Channel {
-    /// The valve's input in V, mA, %, mm or 1.
-    Command,
-    /// The spool's position in V, mA, %, mm or 1.
-    Spool,
-    /// The flow through the valve in L/min.
-    Flow,
-    /// The pressure at port P in bar.
-    SupplyPressure,
-    /// The pressure at port T in bar.
-    ReturnPressure,
-    /// The pressure at port A in bar.
-    PressureA,
-    /// The pressure at port B in bar.
-    PressureB,
-    /// The position of the driven cylinder in mm.
-    Position,
-    /// The oil's temperature in degC.
-    Temperature,
+macro_rules! channels {
+    ($($(#[$doc:meta])* $Name:ident => $name:literal, $Quantity:ident $(, $response:ident)?;)+) => {
+        /// What is measured, or commanded, at every sample. Files and reports write it as [`Channel::name`].
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum Channel {
+            $($(#[$doc])* $Name,)+
+        }
+
+        impl Channel {
+            /// Every channel, in the order of a record's columns.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$Name),+];
+
+            /// The channels that a model is fitted to.
+            pub const RESPONSES: [Self; [$($(stringify!($response),)?)+].len()] =
+                [$($(channels!(@$response $Name),)?)+];
+
+            /// The name in files, options and reports.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$Name => $name,)+ }
+            }
+
+            /// What the channel measures.
+            pub fn quantity(self) -> Quantity {
+                match self { $(Self::$Name => Quantity::$Quantity,)+ }
+            }
+        }
+    };
+    (@response $Name:ident) => { Self::$Name };
 }
 
-impl Channel {
-    /// Every channel, in the order of a record's columns.
-    pub const ALL: [Self; 9] = [
-        Self::Command,
-        Self::Spool,
-        Self::Flow,
-        Self::SupplyPressure,
-        Self::ReturnPressure,
-        Self::PressureA,
-        Self::PressureB,
-        Self::Position,
-        Self::Temperature,
-    ];
-
-    /// The channels that a model is fitted to.
-    pub const RESPONSES: [Self; 3] = [Self::Spool, Self::Flow, Self::Position];
-
-    /// The name in files, options and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Command => "command",
-            Self::Spool => "spool",
-            Self::Flow => "flow",
-            Self::SupplyPressure => "supply_pressure",
-            Self::ReturnPressure => "return_pressure",
-            Self::PressureA => "pressure_a",
-            Self::PressureB => "pressure_b",
-            Self::Position => "position",
-            Self::Temperature => "temperature",
-        }
-    }
-
-    /// What the channel measures.
-    pub fn quantity(self) -> Quantity {
-        match self {
-            Self::Command | Self::Spool => Quantity::Signal,
-            Self::Flow => Quantity::Flow,
-            Self::SupplyPressure | Self::ReturnPressure | Self::PressureA | Self::PressureB => {
-                Quantity::Pressure
-            }
-            Self::Position => Quantity::Length,
-            Self::Temperature => Quantity::Temperature,
-        }
-    }
+channels! {
+    /// The valve's input in V, mA, %, mm or 1.
+    Command => "command", Signal;
+    /// The spool's position in V, mA, %, mm or 1.
+    Spool => "spool", Signal, response;
+    /// The flow through the valve in L/min.
+    Flow => "flow", Flow, response;
+    /// The pressure at port P in bar.
+    SupplyPressure => "supply_pressure", Pressure;
+    /// The pressure at port T in bar.
+    ReturnPressure => "return_pressure", Pressure;
+    /// The pressure at port A in bar.
+    PressureA => "pressure_a", Pressure;
+    /// The pressure at port B in bar.
+    PressureB => "pressure_b", Pressure;
+    /// The position of the driven cylinder in mm.
+    Position => "position", Length, response;
+    /// The oil's temperature in degC.
+    Temperature => "temperature", Temperature;
 }
 
 impl Display for Channel {

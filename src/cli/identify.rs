@@ -11,7 +11,7 @@ use servobee::diagnose::{self, Cut, IdentificationProblem, ROWS, identify};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{Fingerprint, parameters_for, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
-use servobee::record::{HOLD_OUT, Mapping, Record, check_mappings};
+use servobee::record::{Channel, HOLD_OUT, Mapping, Record, check_mappings};
 use servobee::report::{Call, Document, InputFile, ModelFile};
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -23,14 +23,7 @@ use std::time::Instant;
 /// The base model follows from the channels that the records have. Without --hold-out the last 30 % of each record are
 /// held out.
 #[derive(clap::Args)]
-#[command(after_help = "\
-Examples:
-  servobee identify tests/data/bench.csv
-  servobee identify run1.csv --hold-out run2.csv --map \"t_ms=time [ms]\" --map \"u=command [V]\" --out result
-
-A record's header names channel and unit: time [s], command [V], spool [%], flow [L/min], supply_pressure [bar],
-return_pressure, pressure_a, pressure_b, position [mm], temperature [degC]. Needed are time, command and one of spool,
-flow and position.")]
+#[command(after_help = examples())]
 pub(super) struct Arguments {
     /// Records to fit
     #[arg(required = true, value_name = "RECORD")]
@@ -58,6 +51,20 @@ pub(super) struct Arguments {
     max_effects: usize,
     #[command(flatten)]
     options: Options,
+}
+
+fn examples() -> String {
+    format!(
+        "\
+Examples:
+  servobee identify tests/data/bench.csv
+  servobee identify run1.csv --hold-out run2.csv --map \"t_ms=time [ms]\" --map \"u=command [V]\" --out result
+
+A record's header names channel and unit: time [s], {}.
+Needed are time, command and one of {}.",
+        Channel::ALL.map(Channel::column).join(", "),
+        Channel::RESPONSES.map(Channel::name).join(", ")
+    )
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {

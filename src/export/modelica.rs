@@ -193,11 +193,7 @@ fn sampled(model: &Model, physics: &mut Physics) -> (String, String) {
         "advanced",
         "The states after an integration step",
     );
-    let observe = body(
-        "observe",
-        "observed",
-        "Spool, flow and position as they are measured",
-    );
+    let observe = body("observe", "observed", "The outputs as they are measured");
 
     let states = &physics.states;
     let count = states.len();

@@ -58,6 +58,17 @@ channels! {
     Temperature => "temperature", Temperature;
 }
 
+impl Channel {
+    /// The head of a column that holds it, in the unit that is usual.
+    pub fn column(self) -> String {
+        let unit = match self {
+            Self::Spool => "%",
+            _ => self.quantity().usual().kept(),
+        };
+        format!("{self} [{unit}]")
+    }
+}
+
 impl Display for Channel {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         f.pad(self.name())

@@ -19,7 +19,7 @@ pub use channel::Channel;
 pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
 pub use format::{Dialect, Format};
 pub use mapping::Mapping;
-pub(crate) use text::quoted;
+pub(crate) use text::{joined, quoted};
 pub use unit::{Quantity, Unit};
 
 use crate::input::sha256;
@@ -331,12 +331,12 @@ impl Record {
         ))
     }
 
-    /// Refuses a record of neither spool nor flow nor position, to which no model can be fitted.
+    /// Refuses a record of none of [`Channel::RESPONSES`], to which no model can be fitted.
     ///
     /// Reading does not ask for this: a simulation needs the command alone. Whoever identifies calls it.
     ///
     /// # Errors
-    /// None of [`Channel::RESPONSES`] is there, or one is so large or small that no valve has it.
+    /// None of them is there, or one is so large or small that no valve has it.
     pub fn check_response(&self) -> Result<()> {
         let responses = self
             .channels()
@@ -349,10 +349,12 @@ impl Record {
         }
         let present = self.channels().map(|(channel, _)| channel.name());
         let present = present.chain(self.ignored.iter().map(String::as_str));
+        let wanted = Channel::RESPONSES.map(|channel| format!("{:?}", channel.column()));
         Err(Error::input(
             &self.path,
             format!(
-                "has no column \"spool [%]\", \"flow [L/min]\" or \"position [mm]\", only \"time\", {}",
+                "has no column {}, only \"time\", {}",
+                joined(wanted.into(), "or"),
                 text::listed(present)
             ),
             "rename the column that holds one of them or add --map \"COLUMN=spool [UNIT]\"",

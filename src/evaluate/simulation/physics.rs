@@ -18,7 +18,7 @@ pub enum Kind {
     State,
     /// What drives the model: the fields [`INPUTS`].
     Input,
-    /// Spool, flow and position.
+    /// Every output.
     Outputs,
     /// What all exact steps of one length have in common.
     Stride,

@@ -4,6 +4,7 @@ use super::view::{View, looked_at};
 use super::{entry, known};
 use crate::model::valve::Drop;
 use crate::model::{Output, Outputs, Parameter, Piston, Structure};
+use crate::record::joined;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
@@ -263,12 +264,13 @@ impl FromStr for Effect {
         let find = |output: &str| Output::ALL.into_iter().find(|o| o.name() == output);
         let output = match (entry.outputs.is_some(), output) {
             (true, Some(output)) => Some(find(output).ok_or_else(|| {
-                format!("{name} is on spool, flow or position, not on {output:?}")
+                let known = joined(Output::ALL.map(|o| o.name().into()).into(), "or");
+                format!("{name} is on {known}, not on {output:?}")
             })?),
             (true, None) => {
-                return Err(format!(
-                    "say what {name} is on: {name}.spool, {name}.flow or {name}.position"
-                ));
+                let forms = Output::ALL.map(|output| format!("{name}.{}", output.name()));
+                let forms = joined(forms.into(), "or");
+                return Err(format!("say what {name} is on: {forms}"));
             }
             (false, None) => None,
             (false, Some(_)) => {

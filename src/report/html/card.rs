@@ -5,10 +5,11 @@ use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
 use super::role::Role;
 use super::rows::Rows;
-use super::words::{capitalised, listed};
+use super::words::capitalised;
 use crate::card::{Card, Cycle, Figure, Point, Quantity, Response, Step};
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
+use crate::record::joined;
 use crate::report::{explain, rounded};
 use maud::{Markup, html};
 
@@ -170,7 +171,7 @@ fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
             let known = figure.and_then(|figure| figure.value);
             known.map_or("–".into(), |hz| rounded(hz, 3))
         });
-        listed(each.collect(), "and")
+        joined(each.collect(), "and")
     };
     let panels = [
         panel(

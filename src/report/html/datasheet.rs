@@ -5,8 +5,9 @@ use super::figure::{Key, figure, legend};
 use super::page::{section, whole};
 use super::plot::{Mark, Panel};
 use super::role::Role;
-use super::words::{capitalised, listed};
+use super::words::capitalised;
 use super::{card, convergence, tables};
+use crate::record::joined;
 use crate::report::{Document, ParameterReport, rounded};
 use crate::search::datasheet::{Measured, Sheet};
 use crate::search::fitted_sheet::{FittedSheet, SheetFit, rms};
@@ -29,7 +30,7 @@ pub fn datasheet_page(sheets: &[FittedSheet], document: &Document) -> String {
             .collect::<Vec<_>>()
     });
     let lead = html! {
-        h1 { "The model follows " (listed(answers.collect(), "and")) "." }
+        h1 { "The model follows " (joined(answers.collect(), "and")) "." }
         @for fitted in sheets { @for note in &fitted.sheet.notes { p { (note) } } }
     };
     let content = html! {

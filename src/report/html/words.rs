@@ -3,6 +3,7 @@
 use crate::diagnose::{Added, Fitted, Identified, Verdict};
 use crate::model::effects::Effect;
 use crate::model::{Output, Parameter};
+use crate::record::joined;
 use crate::report::{FreeFormReport, not_diagnosed, quantity, rounded, unexplained};
 
 /// The answer in one sentence.
@@ -42,7 +43,7 @@ pub(super) fn answer(identified: &Identified) -> String {
             };
             format!(
                 "{}.",
-                capitalised(&listed(many.iter().map(one).collect(), "and"))
+                capitalised(&joined(many.iter().map(one).collect(), "and"))
             )
         }
     }
@@ -183,16 +184,7 @@ pub(super) fn doubts(added: &Added) -> String {
             names.push(name);
         }
     }
-    listed(names, "or")
-}
-
-/// `a, b and c`.
-pub(super) fn listed(mut names: Vec<String>, word: &str) -> String {
-    match names.pop() {
-        None => String::new(),
-        Some(last) if names.is_empty() => last,
-        Some(last) => format!("{} {word} {last}", names.join(", ")),
-    }
+    joined(names, "or")
 }
 
 /// `text` with a capital letter.

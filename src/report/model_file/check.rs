@@ -51,10 +51,11 @@ impl ModelFile {
             }
         }
         if observed.is_empty() || !observed.is_sorted_by(|a, b| a < b) {
+            let known = Output::ALL.map(|output| format!("{:?}", output.name()));
             return refuse(
                 &["observed"],
                 "the observed outputs are none, not in order, or there twice".into(),
-                "list at least one of \"spool\", \"flow\", \"position\", in this order",
+                &format!("list at least one of {}, in this order", known.join(", ")),
             );
         }
         let servo = structure.servo_valve().map(|base| base.piston) == Some(Piston::Servo);

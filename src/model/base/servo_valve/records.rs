@@ -46,7 +46,8 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         return Err(Error::input(
             &rest[0].path,
             format!(
-                "shares neither spool nor flow nor position with {}",
+                "shares neither {} with {}",
+                Output::ALL.map(Output::name).join(" nor "),
                 first.path
             ),
             "identify records together only where they measure the same",

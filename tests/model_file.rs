@@ -194,7 +194,7 @@ fn what_is_wrong_is_named_with_its_line() {
         ),
         (
             whole("valve.area = \"linear\"\n"),
-            &["line 5", "neither flow", "delete"],
+            &["line 5", "follows from its flow", "delete"],
         ),
         (
             format!("{}piston = \"servo\"\n", WHOLE.replace("spool", "position")),

@@ -153,6 +153,11 @@ impl Structure {
         each_base!(Base, &self.base, base => base.unit(self, output))
     }
 
+    /// Whether `output` follows from the flow of a valve.
+    pub(crate) fn follows_flow(&self, output: Output) -> bool {
+        each_base!(Base, &self.base, base => base.follows_flow(output))
+    }
+
     /// Channels beside the command that have to be measured, as they drive the model.
     pub(crate) fn driven_by(&self) -> &'static [Channel] {
         each_base!(Base, &self.base, base => base.driven_by())

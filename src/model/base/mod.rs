@@ -36,6 +36,11 @@ pub trait BaseModel: Send + Sync + 'static {
     /// The unit of `output`.
     fn unit<'a>(&'a self, structure: &'a Structure, output: Output) -> &'a str;
 
+    /// Whether `output` follows from the flow of a valve.
+    fn follows_flow(&self, output: Output) -> bool {
+        output == Output::Flow
+    }
+
     /// Channels beside the command that have to be measured, as they drive it.
     fn driven_by(&self) -> &'static [Channel] {
         &[]

@@ -3,7 +3,7 @@
 use super::view::{View, looked_at};
 use super::{entry, known};
 use crate::model::valve::Drop;
-use crate::model::{Output, Outputs, Parameter, Piston, Structure};
+use crate::model::{Output, Outputs, Parameter, Structure};
 use crate::record::joined;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -164,13 +164,7 @@ pub(super) fn any_output(_: &Structure, _: Output) -> bool {
 
 /// The flow, and a position that is its integral.
 pub(super) fn flow_outputs(structure: &Structure, output: Output) -> bool {
-    match output {
-        Output::Spool => false,
-        Output::Flow => true,
-        Output::Position => structure
-            .servo_valve()
-            .is_some_and(|base| base.piston == Piston::Integrated),
-    }
+    structure.follows_flow(output)
 }
 
 pub(super) fn has_a_rated_drop(structure: &Structure) -> bool {

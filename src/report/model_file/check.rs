@@ -5,7 +5,7 @@ use crate::Result;
 use crate::model::effects::Port;
 use crate::model::valve::AreaLaw;
 use crate::model::{FreeForm, Output, Piston, Signal, Structure};
-use crate::record::{Quantity, Unit, quoted};
+use crate::record::{Quantity, Unit, joined, quoted};
 use std::ops::RangeInclusive;
 
 /// Full scales that a command can have, in its unit.
@@ -110,17 +110,23 @@ impl ModelFile {
                 );
             }
         }
+        let of_flow = observed
+            .iter()
+            .filter(|&&output| structure.follows_flow(output))
+            .map(|output| output.name().into());
         match (structure.valve(), structure.needs_valve()) {
             (None, true) => refuse(
                 &["observed"],
-                "flow, or a position that integrates it, needs a valve".into(),
+                format!(
+                    "observing {} needs a valve",
+                    joined(of_flow.collect(), "and")
+                ),
                 "add [structure.valve] with area = \"linear\"",
             ),
             (Some(_), false) => refuse(
                 &["valve"],
-                "there is a valve, but neither flow nor a position that integrates it is observed"
-                    .into(),
-                "delete [structure.valve], or observe one of the two",
+                "there is a valve, but nothing that is observed follows from its flow".into(),
+                "delete [structure.valve], or observe flow",
             ),
             (Some(valve), true) => match &valve.area {
                 AreaLaw::Table(openings) | AreaLaw::Signed(openings)

@@ -90,7 +90,8 @@ impl ServoValve {
 
     /// Whether an output that `structure` observes follows from the flow of a valve.
     pub fn needs_valve(&self, structure: &Structure) -> bool {
-        structure.observes(Output::Flow) || self.integrates_position(structure)
+        let mut observed = structure.observed.iter();
+        observed.any(|&output| self.follows_flow(output))
     }
 }
 
@@ -132,6 +133,14 @@ impl BaseModel for ServoValve {
             Output::Spool => self.spool_unit.as_ref().unwrap_or(&structure.command_unit),
             Output::Flow => "L/min",
             Output::Position => "mm",
+        }
+    }
+
+    fn follows_flow(&self, output: Output) -> bool {
+        match output {
+            Output::Spool => false,
+            Output::Flow => true,
+            Output::Position => self.piston == Piston::Integrated,
         }
     }
 

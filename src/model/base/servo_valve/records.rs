@@ -1,6 +1,7 @@
 //! The base model that a record asks for: its structure, and bounds for its parameters that follow from the data.
 
 use super::{GAIN, PISTON_AREA, PISTON_SPEED, Piston, SPOOL_GAIN, ServoValve, TIME_CONSTANT};
+use crate::model::base::BaseModel;
 use crate::model::effects::Scale;
 use crate::model::valve::{
     self, AreaLaw, DENSITY, DISCHARGE_COEFFICIENT, Drop, MAX_AREA, RATED_DROP, ValveForm,
@@ -71,27 +72,27 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         true => Piston::Servo,
         false => Piston::Integrated,
     };
-    let has_valve = observed.contains(&Output::Flow)
-        || (observed.contains(&Output::Position) && piston == Piston::Integrated);
     let ports = [Channel::PressureA, Channel::PressureB];
     let drop = match all_have(Channel::SupplyPressure) {
         true if ports.into_iter().all(all_have) => Drop::Ports,
         true => Drop::Supply,
         false => Drop::Rated,
     };
+    let mut base = ServoValve {
+        spool_unit: spool_unit.map(String::from),
+        piston,
+        reversed: piston == Piston::Integrated && records.iter().map(along).sum::<f64>() < 0.0,
+        ..ServoValve::default()
+    };
+    if observed.iter().any(|&output| base.follows_flow(output)) {
+        base.valve = Some(ValveForm {
+            drop,
+            ..ValveForm::linear()
+        });
+    }
     Ok(Structure {
         observed,
-        base: ServoValve {
-            spool_unit: spool_unit.map(String::from),
-            piston,
-            reversed: piston == Piston::Integrated && records.iter().map(along).sum::<f64>() < 0.0,
-            valve: has_valve.then(|| ValveForm {
-                drop,
-                ..ValveForm::linear()
-            }),
-            ..ServoValve::default()
-        }
-        .into(),
+        base: base.into(),
         ..Structure::actuator(full_scale, command_unit)
     })
 }

@@ -9,20 +9,20 @@ use crate::report::rounded;
 use crate::search::Fit;
 use maud::{Markup, html};
 
-/// The bees' best cost over the generations, and the held-out error as effects were added.
+/// The search's best cost over the generations, and the held-out error as effects were added.
 pub(super) fn of(identified: &Identified) -> Markup {
     let search = &identified.search;
     let channels = identified.before.problem.structure.observed.len();
     let rows = (identified.before.problem.rows() * channels).max(1) as f64;
     // Each channel is in units of its own deviation there.
     let error = |cost: f64| 100.0 * (cost / rows).sqrt();
-    let bees = bees(
-        "The bees on the base model",
+    let searched = panel(
+        "The search on the base model",
         search,
         "error [% of the signal's deviation]",
         &error,
     );
-    let mut panels = vec![bees];
+    let mut panels = vec![searched];
     let chain = chain(identified);
     if chain.len() > 1 {
         let names: Vec<String> = chain.iter().map(|(name, _)| name.clone()).collect();
@@ -46,7 +46,7 @@ pub(super) fn of(identified: &Identified) -> Markup {
         });
     }
     let entries = [
-        (Role::Before, Key::Line, "best of the bees"),
+        (Role::Before, Key::Line, "best of the search"),
         (Role::After, Key::Line, "after the polish"),
         (Role::Noise, Key::Line, "noise floor"),
     ];
@@ -56,16 +56,16 @@ pub(super) fn of(identified: &Identified) -> Markup {
         &entries[..2]
     };
     let caption = html! {
-        "The best error on fitted rows after each generation of the Bees Algorithm, and where the Levenberg-Marquardt polish ends "
-        "that starts from there: " (search.search.evaluations) " evaluations by bees, " (search.evaluations - search.search.evaluations)
+        "The best error on fitted rows after each generation of the search, and where the Levenberg-Marquardt polish ends "
+        "that starts from there: " (search.search.evaluations) " evaluations by the search, " (search.evaluations - search.search.evaluations)
         " by the polish. "
         @if chain.len() > 1 { "Right: RMS over all channels of the rows held out, each in units of its noise floor." }
     };
     figure("convergence", &panels, legend(shown), &caption)
 }
 
-/// The bees' best cost over the generations, and the polish's, each as `error` reads it.
-pub(super) fn bees(title: &str, search: &Fit, label: &str, error: &dyn Fn(f64) -> f64) -> Panel {
+/// The search's best cost over the generations, and the polish's, each as `error` reads it.
+pub(super) fn panel(title: &str, search: &Fit, label: &str, error: &dyn Fn(f64) -> f64) -> Panel {
     let history = search.search.history.iter().enumerate();
     let line: Vec<(f64, f64)> = history
         .map(|(generation, cost)| (generation as f64 + 1.0, error(cost.value)))

@@ -184,14 +184,14 @@ fn curve(
 fn searches(id: &str, fits: &[SheetFit]) -> Markup {
     let panels: Vec<Panel> = fits
         .iter()
-        .map(|one| convergence::bees(&capitalised(one.search), &one.fit, "cost", &|cost| cost))
+        .map(|one| convergence::panel(&capitalised(one.search), &one.fit, "cost", &|cost| cost))
         .collect();
     let entries = [
-        (Role::Before, Key::Line, "best of the bees"),
+        (Role::Before, Key::Line, "best of the search"),
         (Role::After, Key::Line, "end of the search"),
     ];
     let caption = html! {
-        "The best cost (weighted sum of squared errors) after each generation of the Bees Algorithm, and at the end. The parameters above "
+        "The best cost (weighted sum of squared errors) after each generation of the search, and at the end. The parameters above "
         "are those of the last search."
     };
     figure(id, &panels, legend(&entries), &caption)

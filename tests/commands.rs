@@ -94,10 +94,13 @@ fn the_output_holds_time_command_measured_and_simulated() {
     let call = ["simulate", "model.toml", "record.csv", "--out", "out.csv"];
     printed(&servobee(folder.path(), &call));
     let text = read_to_string(&path).unwrap();
+    let columns = Output::ALL.map(|output| {
+        let column = format!("{} [{}]", output.name(), whole().unit(output));
+        format!("{column},simulated_{column}")
+    });
     assert_eq!(
         text.lines().next().unwrap(),
-        "time [s],command [V],spool [mm],simulated_spool [mm],flow [L/min],simulated_flow [L/min],\
-         position [mm],simulated_position [mm]"
+        format!("time [s],command [V],{}", columns.join(","))
     );
     assert_eq!(text.lines().count(), 301);
     for line in text.lines().skip(1) {
@@ -108,7 +111,7 @@ fn the_output_holds_time_command_measured_and_simulated() {
         );
     }
     let record = Record::read(&path, &[]).unwrap();
-    assert_eq!(record.ignored.len(), 3);
+    assert_eq!(record.ignored.len(), Output::COUNT);
 }
 
 #[test]
@@ -116,7 +119,11 @@ fn a_command_alone_can_be_simulated() {
     let folder = planted(&whole());
     let call = ["simulate", "model.toml", "command.csv", "--out", "out.csv"];
     let text = printed(&servobee(folder.path(), &call));
-    assert_eq!(text.matches("not measured").count(), 3, "{text}");
+    assert_eq!(
+        text.matches("not measured").count(),
+        Output::COUNT,
+        "{text}"
+    );
     let record = read_to_string(folder.path().join("out.csv")).unwrap();
     assert!(record.starts_with("time [s],command [V],simulated_spool [mm],simulated_flow"));
 }

@@ -28,7 +28,10 @@ fn two_rows(
             command,
             ..Input::default()
         },
-        target: Outputs([spool, 0.0, 0.0]),
+        target: Outputs::from_fn(|output| match output {
+            Output::Spool => spool,
+            _ => 0.0,
+        }),
         weight,
         ..Sample::default()
     };
@@ -54,7 +57,8 @@ fn a_cost_by_hand() {
     let hand = 0.25 * 2.0f64.powi(2) + 3.0 * (1.0 - x).powi(2);
     let candidate = Population::single(&[1.0, 1.0, 10.0]);
     assert!((costs(&problem, &candidate)[0].value - hand).abs() < 1e-12);
-    problem.scale = Outputs([4.0, 100.0, 100.0]);
+    problem.scale = Outputs::all(100.0);
+    problem.scale[Output::Spool] = 4.0;
     assert!((costs(&problem, &candidate)[0].value - 4.0 * hand).abs() < 1e-11);
 }
 

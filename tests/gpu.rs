@@ -85,7 +85,7 @@ fn many_small_jobs_at_once_cost_what_each_costs_alone() {
     // Constants of their own on data that all share.
     let problems: Vec<Problem> = (0..40)
         .map(|i| Problem {
-            scale: Outputs([1.0 + f64::from(i), 1.0, 1.0]),
+            scale: Outputs::all(1.0 + f64::from(i)),
             ..problem.clone()
         })
         .collect();

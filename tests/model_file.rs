@@ -322,7 +322,7 @@ fn any_structure() -> impl Strategy<Value = Structure> {
         openings().prop_map(AreaLaw::Signed),
     ];
     let kinds = (
-        subsequence(Output::ALL.to_vec(), 1..=3),
+        subsequence(Output::ALL.to_vec(), 1..=Output::COUNT),
         select(vec![Drive::Actuator, Drive::Direct]),
         select(vec![Piston::Integrated, Piston::Servo]),
         select(vec![Hold::Held, Hold::Interpolated]),

@@ -44,7 +44,11 @@ pub(crate) fn scale(structure: &Structure) -> Scale {
     Scale {
         command: structure.full_scale,
         command_unit: structure.command_unit.clone(),
-        outputs: Outputs([10.0, 60.0, 100.0]),
+        outputs: Outputs::from_fn(|output| match output {
+            Output::Spool => 10.0,
+            Output::Position => 100.0,
+            _ => 60.0,
+        }),
         units: Outputs::from_fn(|output| structure.unit(output).to_owned()),
         interval: 1e-3,
         length: 1.0,

@@ -92,7 +92,10 @@ pub(super) fn scale(seconds: f64) -> Scale {
     Scale {
         command: FULL_SCALE,
         command_unit: structure.command_unit.clone(),
-        outputs: Outputs([FULL_SCALE, 100.0, 100.0]),
+        outputs: Outputs::from_fn(|output| match output {
+            Output::Spool => FULL_SCALE,
+            _ => 100.0,
+        }),
         units: Outputs::from_fn(|output| structure.unit(output).to_owned()),
         interval: 1.0 / RATE,
         length: seconds,

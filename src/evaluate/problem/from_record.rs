@@ -120,7 +120,9 @@ mod tests {
         assert_eq!(series.time, [0.0, 0.5]);
         let numbers = series.samples[1].input.numbers();
         assert_eq!(numbers, [1.0, 5.0, 0.0, 6.0, 7.0, 0.0, 0.5]);
-        assert_eq!(series.samples[1].target.0, [2.0, 3.0, 0.0]);
+        let target = &series.samples[1].target;
+        assert_eq!((target[Output::Spool], target[Output::Flow]), (2.0, 3.0));
+        assert_eq!(target[Output::Position], 0.0);
         assert!(series.samples.iter().all(|sample| sample.weight == 1.0));
     }
 

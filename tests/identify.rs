@@ -48,10 +48,7 @@ fn without_time(text: &str) -> String {
 fn the_report_has_every_field_of_the_contract() {
     let folder = bench();
     let report = report(folder.path(), &["bench.csv", "--seed", "3"]);
-    assert_eq!(
-        names(&folder.path().join("out")),
-        ["model.toml", "report.html", "report.json", "residual.csv"]
-    );
+    assert_eq!(names(&folder.path().join("out")), program::RESULTS);
 
     assert_eq!(report["schema"], "servobee/report/1");
     let verdict = report["verdict"].as_str().unwrap();

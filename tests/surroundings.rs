@@ -4,7 +4,7 @@
 
 #![cfg(target_os = "linux")]
 
-use crate::program::{IDENTIFY, bench, json, names, soak};
+use crate::program::{IDENTIFY, RESULTS, bench, json, names, soak};
 use std::fs::{File, create_dir, read_to_string};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -188,10 +188,7 @@ fn nothing_is_written_but_what_was_asked_for_and_no_network_is_needed() {
     assert!(ran.status.success(), "{}", errors(&ran));
     let listed = |name: &str| names(&folder.path().join(name));
     assert_eq!(listed("work"), ["out"]);
-    assert_eq!(
-        listed("work/out"),
-        ["model.toml", "report.html", "report.json", "residual.csv"]
-    );
+    assert_eq!(listed("work/out"), RESULTS);
     assert!(listed("home").is_empty() && listed("temporary").is_empty());
     assert_eq!(
         names(folder.path()),

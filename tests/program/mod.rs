@@ -20,6 +20,9 @@ pub(crate) const IDENTIFY: &[&str] = &[
     "out",
 ];
 
+/// The files that `identify --out` writes.
+pub(crate) const RESULTS: [&str; 4] = ["model.toml", "report.html", "report.json", "residual.csv"];
+
 /// A folder with the record of the test bench.
 pub(crate) fn bench() -> TempDir {
     let folder = tempfile::tempdir().unwrap();

@@ -101,7 +101,7 @@ impl View for Alone {
         BarePlant {
             base: base.equations(structure, &mut Given::new(values)),
             initial: structure.initial,
-            observes_flow: structure.observes(Output::Flow),
+            observes_flow: structure.observes_flow(),
         }
     }
 }
@@ -124,23 +124,18 @@ impl<R: Real> Plant<R> {
         let mut given = Given::new(values);
         let base = BaseEquations::new(structure, &mut given);
         let states = structure.base_states().len();
-        let filters = |effect: &super::effects::Effect, output: Option<Output>| {
-            !effect.entry.states.is_empty()
-                && effect.output.is_some()
-                && output.is_none_or(|output| effect.output == Some(output))
-        };
-        let any = |output| {
-            structure
-                .effects
-                .iter()
-                .any(|effect| filters(effect, output))
-        };
+        let filtering = structure.effects.iter();
+        let filtering = filtering.filter(|effect| !effect.entry.states.is_empty());
+        let mut filtered = filtering.filter_map(|effect| effect.output);
         Self {
             base,
             attached: Attached::new(structure, states, &mut || given.next_value()),
             initial: structure.initial,
-            observes_flow: structure.observes(Output::Flow),
-            filters: (any(None), any(Some(Output::Flow))),
+            observes_flow: structure.observes_flow(),
+            filters: (
+                filtered.clone().next().is_some(),
+                filtered.any(|output| structure.shows_flow(output)),
+            ),
         }
     }
 

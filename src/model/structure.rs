@@ -153,6 +153,17 @@ impl Structure {
         each_base!(Base, &self.base, base => base.unit(self, output))
     }
 
+    /// Whether `output` is read off the flow at every instant.
+    pub(super) fn shows_flow(&self, output: Output) -> bool {
+        each_base!(Base, &self.base, base => base.shows_flow(output))
+    }
+
+    /// Whether one that is observed is.
+    pub(super) fn observes_flow(&self) -> bool {
+        let mut observed = self.observed.iter();
+        observed.any(|&output| self.shows_flow(output))
+    }
+
     /// Whether `output` follows from the flow of a valve.
     pub(crate) fn follows_flow(&self, output: Output) -> bool {
         each_base!(Base, &self.base, base => base.follows_flow(output))

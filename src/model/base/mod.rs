@@ -36,9 +36,14 @@ pub trait BaseModel: Send + Sync + 'static {
     /// The unit of `output`.
     fn unit<'a>(&'a self, structure: &'a Structure, output: Output) -> &'a str;
 
-    /// Whether `output` follows from the flow of a valve.
-    fn follows_flow(&self, output: Output) -> bool {
+    /// Whether `output` is read off the flow at every instant, as an integrated position is not.
+    fn shows_flow(&self, output: Output) -> bool {
         output == Output::Flow
+    }
+
+    /// Whether `output` follows from the flow of a valve, now or over time.
+    fn follows_flow(&self, output: Output) -> bool {
+        self.shows_flow(output)
     }
 
     /// Channels beside the command that have to be measured, as they drive it.
@@ -105,7 +110,7 @@ pub trait Equations<R: Real, P: Ports<R>> {
         slope: &mut [R],
     );
 
-    /// What it shows. Its flow may be left out where `flow` is not asked for.
+    /// What it shows. What [shows its flow](BaseModel::shows_flow) may be left out where `flow` is not asked for.
     fn shown(&self, ports: &P, state: &[R], input: &Input<R>, flow: bool) -> Shown<R>;
 
     /// The sign in which what can stick moves, or sets out to move, from `state`; zero while it sticks.

@@ -137,11 +137,8 @@ impl BaseModel for ServoValve {
     }
 
     fn follows_flow(&self, output: Output) -> bool {
-        match output {
-            Output::Spool => false,
-            Output::Flow => true,
-            Output::Position => self.piston == Piston::Integrated,
-        }
+        let integrates = output == Output::Position && self.piston == Piston::Integrated;
+        integrates || self.shows_flow(output)
     }
 
     fn driven_by(&self) -> &'static [Channel] {

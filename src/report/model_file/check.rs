@@ -110,7 +110,16 @@ impl ModelFile {
                 );
             }
         }
-        let of_flow = observed
+        self.check_valve(structure)
+    }
+
+    /// Refuses a valve that nothing asks for, none where one is needed, and one with openings that make no table.
+    fn check_valve(&self, structure: &Structure) -> Result<()> {
+        let refuse = |keys: &[&str], problem: String, remedy: &str| {
+            Err(self.error(self.find(keys), problem, remedy))
+        };
+        let of_flow = structure
+            .observed
             .iter()
             .filter(|&&output| structure.follows_flow(output))
             .map(|output| output.name().into());

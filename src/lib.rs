@@ -8,21 +8,38 @@
 //!
 //! - [`record`]: measurements in time and datasheet curves, with channels, units and checks.
 //! - [`model`]: the physics, each equation written once over [`model::Real`] and read as `f64`, `f32`, vectors of
-//!   candidates, dual numbers and as text: WGSL, C and Modelica. The actuator is `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T`
-//!   ([`model::actuator`]); an orifice passes `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of
-//!   them make a valve ([`model::valve`]). What measured valves show beyond that is in [`model::effects`], one file an
-//!   effect.
-//! - [`evaluate`]: the costs of a whole population at once, behind one trait.
-//! - [`search`]: searches as ask and tell, of which the Bees Algorithm is one, and a Levenberg-Marquardt polish with exact sensitivities that says
-//!   how well the data determine each parameter, and which it cannot tell apart.
+//!   candidates, dual numbers and as text: WGSL, C and Modelica. A structure is a base model ([`model::base`]), what is observed
+//!   of it, and what is attached at its ports. The servo valve is the base model of this crate: its actuator is
+//!   `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T` ([`model::actuator`]); an orifice passes
+//!   `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of them make a valve ([`model::valve`]). What
+//!   measured valves show beyond that is in [`model::effects`], one file an effect.
+//! - [`evaluate`]: the costs of a whole population at once, behind one trait: the problem, the time loops, the devices, whether
+//!   they compute right, and what is kept of a run.
+//! - [`search`]: searches as ask and tell, of which the Bees Algorithm is one, and a Levenberg-Marquardt polish with exact
+//!   sensitivities that says how well the data determine each parameter, and which it cannot tell apart.
 //! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
-//!   leave on data that was never fitted.
+//!   leave on data that was never fitted. Its statistics know nothing of the procedure that uses them.
 //! - [`card`]: the figures of a datasheet that follow from a fitted model.
 //! - [`report`]: what a run tells and leaves behind.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
 //! Each of them knows only those above it. Beside them stand `rig`, which makes records with planted effects from equations
 //! of its own, and `scorecard`, which counts on such records how often the diagnosis is right.
+//!
+//! # To add something
+//!
+//! | to add | touch |
+//! |---|---|
+//! | an effect | its file in `src/model/effects` and its line in `catalogue!` there; tests ask for its twin in `src/rig` |
+//! | a base model | its file in `src/model/base` and its line in `base_models!` there; or, from outside, [`model::base::register_base`] |
+//! | an observed channel | its line in `channels!` of `src/record/channel.rs` and in `outputs!` of `src/model/output.rs`; the base model that computes it; the words by which its columns are known, in `src/record/inspect/names.rs` |
+//! | an input | its line in `inputs!` of `src/model/input.rs` |
+//! | a search | [`search::Search`] and [`search::Method`], here or outside, and its name in a [`search::Plan`] |
+//! | a device | [`evaluate::Evaluator`] |
+//! | a cost of errors | [`evaluate::Loss`] |
+//! | a file of a result | `src/cli/identify/files.rs` |
+//!
+//! Each was tried; `benches/house.py` counts what it takes.
 //!
 //! # A fit
 //!

@@ -86,19 +86,22 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
             }
             (None, Some(actuator)) => {
                 let (length, _) = sample.parts(true);
-                let stride = match stride {
-                    Some((known, stride)) if known == length => stride,
-                    _ => {
-                        let new = actuator.stride(R::constant(length));
-                        stride = Some((length, new));
-                        new
-                    }
+                let known = match &stride {
+                    Some((known, _)) => *known == length,
+                    None => false,
+                };
+                if !known {
+                    stride = Some((length, actuator.stride(R::constant(length))));
+                }
+                // Not copied: it is longer than the state.
+                let Some((_, stride)) = &stride else {
+                    unreachable!("just set")
                 };
                 let change = (structure.hold == Hold::Interpolated)
                     .then_some(next.input.command - sample.input.command);
                 D::outlined(
                     #[inline(always)]
-                    || travel(actuator, &stride, &mut state, input.command, change, sample),
+                    || travel(actuator, stride, &mut state, input.command, change, sample),
                 );
             }
             (None, None) => {

@@ -12,6 +12,9 @@ use super::{Initial, Input, Output, Outputs, Real, Structure};
 /// What a time loop moves. Every `input` has the command that acts, but for [`Dynamics::initial`] and
 /// [`Dynamics::command`].
 pub trait Dynamics<R: Real> {
+    /// Whether a command can arrive late: what follows that is not compiled where it cannot.
+    const DELAYS: bool;
+
     /// Calls `f`, as a function of its own where that is long.
     fn outlined<T>(f: impl FnOnce() -> T) -> T;
 
@@ -69,7 +72,8 @@ pub trait View {
     /// The dynamics.
     type Plant<R: Real>: Dynamics<R>;
 
-    /// The plant of `structure`, with values in the order of [`Structure::parameters`].
+    /// The plant of `structure`, with values in the order of [`Structure::parameters`]: a function of its own, as it has
+    /// the declarations of all parameters, and every time loop begins with it.
     fn plant<R: Real>(structure: &Structure, values: &[R]) -> Self::Plant<R>;
 }
 
@@ -82,7 +86,10 @@ impl View for Whole {
 
     #[inline(always)]
     fn plant<R: Real>(structure: &Structure, values: &[R]) -> Plant<R> {
-        Plant::new(structure, values)
+        R::outlined(
+            #[inline(always)]
+            || Plant::new(structure, values),
+        )
     }
 }
 
@@ -95,14 +102,19 @@ impl View for Alone {
 
     #[inline(always)]
     fn plant<R: Real>(structure: &Structure, values: &[R]) -> BarePlant<R> {
-        let base = structure
-            .servo_valve()
-            .expect("a servo valve was asked for");
-        BarePlant {
-            base: base.equations(structure, &mut Given::new(values)),
-            initial: structure.initial,
-            observes_flow: structure.observes_flow(),
-        }
+        R::outlined(
+            #[inline(always)]
+            || {
+                let base = structure
+                    .servo_valve()
+                    .expect("a servo valve was asked for");
+                BarePlant {
+                    base: base.equations(structure, &mut Given::new(values)),
+                    initial: structure.initial,
+                    observes_flow: structure.observes_flow(),
+                }
+            },
+        )
     }
 }
 
@@ -182,6 +194,8 @@ impl<R: Real> Plant<R> {
 }
 
 impl<R: Real> Dynamics<R> for Plant<R> {
+    const DELAYS: bool = true;
+
     #[inline(always)]
     fn outlined<T>(f: impl FnOnce() -> T) -> T {
         R::outlined(f)
@@ -328,6 +342,8 @@ pub struct BarePlant<R> {
 }
 
 impl<R: Real> Dynamics<R> for BarePlant<R> {
+    const DELAYS: bool = false;
+
     #[inline(always)]
     fn outlined<T>(f: impl FnOnce() -> T) -> T {
         f()

@@ -52,7 +52,7 @@ fn exact_step<R: Valued>(
     reason = "a closure is not always inlined, and only what is inlined is compiled for wide vectors"
 )]
 #[inline(always)]
-pub(in crate::evaluate) fn travel<R: Valued>(
+pub(in crate::evaluate) fn travel<R: Valued, D: Dynamics<R>>(
     actuator: &Actuator<R>,
     stride: &Stride<R>,
     state: &mut [R],
@@ -60,19 +60,24 @@ pub(in crate::evaluate) fn travel<R: Valued>(
     change: Option<f64>,
     sample: &Sample,
 ) {
-    let (length, count) = sample.parts(true);
-    let ramp = change.map(|change| change / (length * f64::from(count)));
-    for j in 0..count {
-        let now = match ramp {
-            None => command,
-            Some(ramp) => command + R::constant(ramp * length * f64::from(j)),
-        };
-        let ramp = match ramp {
-            None => None,
-            Some(ramp) => Some(R::constant(ramp)),
-        };
-        exact_step(actuator, stride, state, now, ramp);
-    }
+    D::outlined(
+        #[inline(always)]
+        || {
+            let (length, count) = sample.parts(true);
+            let ramp = change.map(|change| change / (length * f64::from(count)));
+            for j in 0..count {
+                let now = match ramp {
+                    None => command,
+                    Some(ramp) => command + R::constant(ramp * length * f64::from(j)),
+                };
+                let ramp = match ramp {
+                    None => None,
+                    Some(ramp) => Some(R::constant(ramp)),
+                };
+                exact_step(actuator, stride, state, now, ramp);
+            }
+        },
+    );
 }
 
 /// The same while held commands arrive late; `command` is the one that acts at the row.

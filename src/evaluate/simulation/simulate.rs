@@ -78,12 +78,13 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
             return;
         };
         match (delayed, exact_steps) {
-            (Some(delayed), Some(actuator)) => {
+            (Some(delayed), Some(actuator)) if D::DELAYS => {
                 travel_late(plant, actuator, &mut state, input.command, sample, delayed);
             }
-            (Some(delayed), None) => {
+            (Some(delayed), None) if D::DELAYS => {
                 interval(structure, plant, &mut state, input, [sample, next], delayed);
             }
+            (Some(_), _) => unreachable!("nothing delays"),
             (None, Some(actuator)) => {
                 let (length, _) = sample.parts(true);
                 let known = match &stride {
@@ -99,10 +100,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
                 };
                 let change = (structure.hold == Hold::Interpolated)
                     .then_some(next.input.command - sample.input.command);
-                D::outlined(
-                    #[inline(always)]
-                    || travel(actuator, stride, &mut state, input.command, change, sample),
-                );
+                travel::<R, D>(actuator, stride, &mut state, input.command, change, sample);
             }
             (None, None) => {
                 let step = R::constant(sample.step);

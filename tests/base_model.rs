@@ -244,6 +244,30 @@ fn a_model_file_keeps_it() {
 }
 
 #[test]
+fn what_belongs_to_a_servo_valve_is_refused_where_it_is_none() {
+    let structure = meter();
+    let text = ModelFile::to_toml(&structure, &structure.parameters(), &TRUTH);
+    for own in [
+        "drive = \"direct\"",
+        "spool_unit = \"mm\"",
+        "valve = { area = \"linear\" }",
+    ] {
+        let base = "base = \"flow_meter\"\n";
+        let mixed = text.replace(base, &format!("{base}{own}\n"));
+        let mixed = match own.starts_with("drive") {
+            true => mixed.replace("drive = \"actuator\"\n", ""),
+            false => mixed,
+        };
+        let error = ModelFile::parse("model.toml", &mixed)
+            .and_then(|file| file.complete_structure())
+            .unwrap_err()
+            .to_string();
+        let says = error.contains("of a servo valve") && error.contains("leave them out");
+        assert!(says, "{own}: {error}");
+    }
+}
+
+#[test]
 fn a_name_that_is_taken_is_refused() {
     meter();
     let error = register_base::<FlowMeter>().unwrap_err().to_string();

@@ -349,16 +349,23 @@ mod written {
                     format!("there is no base model {name:?}: register it, or leave base out for a servo valve")
                 })?,
             };
+            let servo_valve = ServoValve {
+                drive: written.drive,
+                spool_unit: written.spool_unit,
+                piston: written.piston,
+                reversed: written.reversed,
+                valve: written.valve,
+            };
             let base = match named {
-                Base::ServoValve(_) => ServoValve {
-                    drive: written.drive,
-                    spool_unit: written.spool_unit,
-                    piston: written.piston,
-                    reversed: written.reversed,
-                    valve: written.valve,
+                Base::ServoValve(_) => servo_valve.into(),
+                other if servo_valve == ServoValve::default() => other,
+                other => {
+                    return Err(format!(
+                        "drive, spool_unit, piston, reversed and valve are of a servo valve, and the base model is {}: \
+                         leave them out",
+                        other.name()
+                    ));
                 }
-                .into(),
-                other => other,
             };
             Ok(Self {
                 full_scale: written.full_scale,

@@ -4,7 +4,7 @@
 
 use servobee::Error;
 use servobee::card::Card;
-use servobee::diagnose::{Cut, Options, Question, identify};
+use servobee::diagnose::{Cut, IdentificationProblem, Options, identify};
 use servobee::evaluate::{Choice, choose};
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
@@ -32,7 +32,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         return;
     }
     let records = [record];
-    let question = Question::of(&records, &[], Cut::default());
+    let question = IdentificationProblem::of(&records, &[], Cut::default());
     let Some(question) = located(PATH, question) else {
         return;
     };

@@ -13,7 +13,7 @@ use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, Status, wgsl,
 };
 use servobee::model::valve::ValveForm;
-use servobee::model::{Initial, Outputs, Structure};
+use servobee::model::{Initial, Output, Outputs, Piston, Structure};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -893,4 +893,25 @@ fn single_precision_anywhere_inside_the_bounds() {
             assert!(at(0.5) <= 3e-7 && at(0.99) <= 1e-5 * 1.05, "{what}");
         }
     }
+}
+
+/// Where the spool is not observed there is nothing to hear a tone in: no device takes another output for it.
+#[test]
+fn a_tone_is_heard_in_the_spool_on_every_evaluator() {
+    let Some(mut gpu) = gpu(Checks::On) else {
+        return;
+    };
+    let heard = case("tones, paper").problem;
+    let mut unheard = heard.clone();
+    unheard.structure.observed = vec![Output::Position];
+    let base = unheard.structure.servo_valve_mut();
+    base.expect("a servo valve").piston = Piston::Servo;
+    let population = near_start(&heard, 8, 1);
+    let expected = on_cpu(Precision::F32, &unheard, &population);
+    let found = on_gpu(&mut gpu, &unheard, &population);
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!((found.value / expected.value - 1.0).abs() < PARITY);
+    }
+    let with_spool = on_cpu(Precision::F32, &heard, &population);
+    assert!(with_spool[0].value < 0.9 * expected[0].value);
 }

@@ -145,6 +145,9 @@ fn channels(problem: &Problem, trace: &mut Trace) -> String {
     let with_errors: Vec<Traced> = range.clone().map(|i| sums[i] + weight * cost(i)).collect();
     let with_more: Vec<Traced> = range.map(|i| sums[i] + more[i]).collect();
     let position = trace.read(format!("measured.{}", Output::Position.name()));
+    // As on the CPU: a tone is heard in the spool, which is zero where it is not observed.
+    let spool = outputs.iter().position(|&output| output == Output::Spool);
+    let spool = spool.map_or(Traced::constant(0.0), |i| simulated[i]);
     let share = trace.read("share");
     let between = INPUTS.map(|input| {
         let [start, end] = ["start", "end"].map(|side| trace.read(format!("{side}.{input}")));
@@ -165,7 +168,7 @@ fn channels(problem: &Problem, trace: &mut Trace) -> String {
             &with_errors,
         ),
         write("add", &[SUMS, ("more", "Outputs")], "Outputs", &with_more),
-        write("response", &[SIMULATED], "f32", &simulated[..1]),
+        write("response", &[SIMULATED], "f32", &[spool]),
         write(
             "between",
             &[("start", "Input"), ("end", "Input"), ("share", "f32")],

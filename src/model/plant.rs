@@ -72,9 +72,17 @@ pub trait View {
     /// The dynamics.
     type Plant<R: Real>: Dynamics<R>;
 
-    /// The plant of `structure`, with values in the order of [`Structure::parameters`]: a function of its own, as it has
-    /// the declarations of all parameters, and every time loop begins with it.
-    fn plant<R: Real>(structure: &Structure, values: &[R]) -> Self::Plant<R>;
+    /// The plant of `structure`, with values in the order of [`Structure::parameters`].
+    fn new<R: Real>(structure: &Structure, values: &[R]) -> Self::Plant<R>;
+
+    /// The same by a function of its own: it has the declarations of all parameters, and every time loop begins with it.
+    #[inline(always)]
+    fn plant<R: Real>(structure: &Structure, values: &[R]) -> Self::Plant<R> {
+        R::outlined(
+            #[inline(always)]
+            || Self::new(structure, values),
+        )
+    }
 }
 
 /// Any base model with whatever is attached to it.
@@ -85,11 +93,8 @@ impl View for Whole {
     type Plant<R: Real> = Plant<R>;
 
     #[inline(always)]
-    fn plant<R: Real>(structure: &Structure, values: &[R]) -> Plant<R> {
-        R::outlined(
-            #[inline(always)]
-            || Plant::new(structure, values),
-        )
+    fn new<R: Real>(structure: &Structure, values: &[R]) -> Plant<R> {
+        Plant::new(structure, values)
     }
 }
 
@@ -101,20 +106,15 @@ impl View for Alone {
     type Plant<R: Real> = BarePlant<R>;
 
     #[inline(always)]
-    fn plant<R: Real>(structure: &Structure, values: &[R]) -> BarePlant<R> {
-        R::outlined(
-            #[inline(always)]
-            || {
-                let base = structure
-                    .servo_valve()
-                    .expect("a servo valve was asked for");
-                BarePlant {
-                    base: base.equations(structure, &mut Given::new(values)),
-                    initial: structure.initial,
-                    observes_flow: structure.observes_flow(),
-                }
-            },
-        )
+    fn new<R: Real>(structure: &Structure, values: &[R]) -> BarePlant<R> {
+        let base = structure
+            .servo_valve()
+            .expect("a servo valve was asked for");
+        BarePlant {
+            base: base.equations(structure, &mut Given::new(values)),
+            initial: structure.initial,
+            observes_flow: structure.observes_flow(),
+        }
     }
 }
 
@@ -384,14 +384,5 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
             2 => Some(self.base.exact_step(&Bare).expect("an actuator")),
             _ => None,
         }
-    }
-}
-
-impl Structure {
-    /// Whether an effect delays the command.
-    pub fn delays(&self) -> bool {
-        let starts = self.parameters().into_iter().map(|one| one.start);
-        let plant = Plant::new(self, &starts.collect::<Vec<f64>>());
-        plant.delay().is_some()
     }
 }

@@ -133,9 +133,17 @@ impl Structure {
             .is_some_and(|base| base.integrates_position(self))
     }
 
-    /// Whether the base model has this port.
+    /// Whether it has this port: those of command and measurement are every model's.
     pub fn has(&self, port: Port) -> bool {
-        each_base!(Base, &self.base, base => base.has(port))
+        match port {
+            Port::Command | Port::Measurement => true,
+            inner => each_base!(Base, &self.base, base => base.has(inner)),
+        }
+    }
+
+    /// Whether an effect delays the command.
+    pub fn delays(&self) -> bool {
+        self.effects.iter().any(Effect::delays)
     }
 
     /// Whether `output` is observed.

@@ -1,7 +1,7 @@
 //! An effect's place in the catalogue, and an effect chosen from it.
 
 use super::view::{View, looked_at};
-use super::{entry, known};
+use super::{Act, Action, entry, known};
 use crate::model::valve::Drop;
 use crate::model::{Output, Outputs, Parameter, Structure};
 use crate::record::joined;
@@ -194,6 +194,13 @@ impl Effect {
     /// Its parameters.
     pub fn parameters(&self, scale: &Scale) -> Vec<Parameter> {
         (self.entry.parameters)(scale, self.output)
+    }
+
+    /// Whether it delays the command, whatever the values of its parameters.
+    pub(in crate::model) fn delays(&self) -> bool {
+        Action::<f64>::new(self.entry.name, || 1.0)
+            .delay()
+            .is_some()
     }
 
     /// The view that shows it best.

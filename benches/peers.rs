@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::simulate::{outputs, series};
 use servobee::evaluate::{Population, Problem, workload};
-use servobee::model::{Alone, Output, View};
+use servobee::model::{Alone, Complete, Output, View};
 
 const ROWS: usize = 1000;
 const CANDIDATES: usize = 16_384;
@@ -120,11 +120,12 @@ fn ours<'a>(problem: &'a Problem, choose: &impl Fn(&str) -> &'a Population) -> V
         let population = choose(&name);
         let trajectory: Option<Trajectory> = match name.as_str() {
             "servobee CPU f64" => Some(Box::new(|values| {
-                let rows = outputs(&problem.structure, values, record(problem));
+                let values = Complete::from_iter(values.iter().copied());
+                let rows = outputs(&problem.structure, &values, record(problem));
                 rows.iter().map(|row| row[Output::Spool]).collect()
             })),
             "servobee CPU f32" => Some(Box::new(|values| {
-                let values: Vec<f32> = values.iter().map(|&value| value as f32).collect();
+                let values = Complete::from_iter(values.iter().map(|&value| value as f32));
                 let plant = Alone::plant(&problem.structure, &values);
                 let mut spool = Vec::with_capacity(ROWS);
                 series::<f32, 2, _>(

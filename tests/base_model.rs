@@ -13,7 +13,9 @@ use servobee::model::base::{
 };
 use servobee::model::declare::Declare;
 use servobee::model::effects::{CATALOGUE, Effect, Moment};
-use servobee::model::{Initial, Input, Output, Outputs, Pace, Parameter, Ports, Real, Structure};
+use servobee::model::{
+    Complete, Initial, Input, Output, Outputs, Pace, Parameter, Ports, Real, Structure,
+};
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use servobee::search::Plan;
@@ -99,7 +101,7 @@ fn meter() -> Structure {
 }
 
 /// A record of 3 s at 1 kHz: steps and a sweep, what a meter with these `effects` shows of them, and noise of 0.05 L/min.
-fn record(structure: &Structure, values: &[f64]) -> Record {
+fn record(structure: &Structure, values: &Complete<f64>) -> Record {
     let time: Vec<f64> = (0..3000).map(|k| 1e-3 * f64::from(k)).collect();
     let command = |t: &f64| {
         let height = [2.0, 8.0, -4.0, 5.0, -9.0, 0.0][(t / 0.25) as usize % 6];
@@ -124,7 +126,8 @@ fn record(structure: &Structure, values: &[f64]) -> Record {
 
 fn problem(structure: &Structure) -> Problem {
     let parameters = structure.parameters();
-    let mut series = Series::from_record(&record(&meter(), &TRUTH), structure).unwrap();
+    let mut series =
+        Series::from_record(&record(&meter(), &Complete::from_iter(TRUTH)), structure).unwrap();
     series.set_steps(structure.fastest_rate(&parameters), 1);
     Problem::new(structure.clone(), parameters, Data::Series(vec![series]))
 }
@@ -142,7 +145,8 @@ fn a_step_is_the_closed_form() {
     let record = Record::new("step", time.clone(), [command]).unwrap();
     let mut series = Series::to_simulate(&record, &structure).unwrap();
     series.set_steps(2e3, 1);
-    let rows = reference::trajectories(&structure, &TRUTH, &[series]).remove(0);
+    let rows =
+        reference::trajectories(&structure, &Complete::from_iter(TRUTH), &[series]).remove(0);
     for (t, row) in time.iter().zip(rows) {
         let expected = match *t >= 0.05 {
             true => TRUTH[0] * (1.0 - (-(t - 0.05) / TRUTH[1]).exp()),
@@ -189,7 +193,7 @@ fn every_evaluator_computes_the_same() {
 
 #[test]
 fn it_is_identified_and_what_it_lacks_is_named() {
-    let diagnosed = |structure: &Structure, values: &[f64]| {
+    let diagnosed = |structure: &Structure, values: &Complete<f64>| {
         let records = [record(structure, values)];
         let structure = meter();
         let parameters = structure.parameters();
@@ -208,27 +212,34 @@ fn it_is_identified_and_what_it_lacks_is_named() {
         )
         .unwrap()
     };
-    let whole = diagnosed(&meter(), &TRUTH);
+    let whole = diagnosed(&meter(), &Complete::from_iter(TRUTH));
     assert_eq!(whole.verdict, Verdict::None);
-    for (found, planted) in whole.after.values.iter().zip(TRUTH) {
+    for (found, planted) in whole.after.values.as_slice().iter().zip(TRUTH) {
         assert!(
             (found / planted - 1.0).abs() < 0.01,
             "{found} for {planted}"
         );
     }
     let late: Effect = "delay".parse().unwrap();
-    let lacking = diagnosed(&meter().with(late), &[TRUTH[0], TRUTH[1], 0.0123]);
+    let lacking = diagnosed(
+        &meter().with(late),
+        &Complete::from_iter([TRUTH[0], TRUTH[1], 0.0123]),
+    );
     assert_eq!(lacking.verdict, Verdict::Found);
     let names: Vec<Effect> = lacking.added.iter().map(|one| one.effect).collect();
     assert_eq!(names, [late]);
-    let delay = lacking.after.values.last().unwrap();
+    let delay = lacking.after.values.as_slice().last().unwrap();
     assert!((delay / 0.0123 - 1.0).abs() < 0.05, "{delay}");
 }
 
 #[test]
 fn a_model_file_keeps_it() {
     let structure = meter();
-    let text = ModelFile::to_toml(&structure, &structure.parameters(), &TRUTH);
+    let text = ModelFile::to_toml(
+        &structure,
+        &structure.parameters(),
+        &Complete::from_iter(TRUTH),
+    );
     assert!(text.contains("base = \"flow_meter\""), "{text}");
     let file = ModelFile::parse("model.toml", &text).unwrap();
     assert_eq!(file.complete_structure().unwrap(), structure);
@@ -246,7 +257,11 @@ fn a_model_file_keeps_it() {
 #[test]
 fn what_belongs_to_a_servo_valve_is_refused_where_it_is_none() {
     let structure = meter();
-    let text = ModelFile::to_toml(&structure, &structure.parameters(), &TRUTH);
+    let text = ModelFile::to_toml(
+        &structure,
+        &structure.parameters(),
+        &Complete::from_iter(TRUTH),
+    );
     for own in [
         "drive = \"direct\"",
         "spool_unit = \"mm\"",

@@ -7,7 +7,7 @@ use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::reference;
 use servobee::evaluate::{Memory, Problem};
 use servobee::model::valve::{Drop, ValveForm};
-use servobee::model::{Input, Output, Outputs, ServoValve, Structure};
+use servobee::model::{Complete, Input, Output, Outputs, ServoValve, Structure};
 use servobee::record::FlowCurve;
 use servobee::search::datasheet::Sheet;
 use servobee::search::{Plan, refine};
@@ -40,7 +40,7 @@ fn problem(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64)
     for (name, value) in values {
         let parameter = parameters.iter_mut().find(|p| p.name == *name);
         let parameter = parameter.unwrap_or_else(|| panic!("there is a parameter {name}"));
-        parameter.start = *value;
+        parameter.set_nominal(*value);
         (parameter.low, parameter.high) = (parameter.low.min(*value), parameter.high.max(*value));
     }
     let mut height = 0.0;
@@ -66,7 +66,7 @@ fn problem(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64)
         time: (0..2000).map(|k| 1e-3 * k as f64).collect(),
     };
     series.set_steps(structure.fastest_rate(&parameters), 1);
-    let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let start = Complete::nominal(&parameters);
     let simulated = reference::trajectories(structure, &start, std::slice::from_ref(&series));
     // A sum of twelve uniform numbers is near enough to a normal one.
     let mut normal = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();

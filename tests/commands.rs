@@ -6,7 +6,7 @@ use servobee::evaluate::gpu;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;
-use servobee::model::{Output, Parameter, ServoValve, Structure};
+use servobee::model::{Complete, Output, Parameter, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use std::fs::{read_dir, read_to_string, write};
@@ -20,7 +20,7 @@ fn files(folder: &Path) -> usize {
 /// A folder with `model.toml`, `record.csv` that the model gives exactly, and `command.csv` with its command alone.
 fn planted(structure: &Structure) -> TempDir {
     let parameters = structure.parameters();
-    let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let values = Complete::nominal(&parameters);
     let time: Vec<f64> = (0..300).map(|k| f64::from(k) * 2e-3).collect();
     let heights = (0..300).map(|k| 6.0 * (f64::from(k / 25) * 1.3).sin());
     let unit = structure.command_unit.as_str();
@@ -207,7 +207,11 @@ fn a_wrong_model_is_refused_in_one_line_and_nothing_is_written() {
 
 fn start(name: &str) -> f64 {
     let parameters: Vec<Parameter> = Structure::actuator(10.0, "V").parameters();
-    parameters.iter().find(|p| p.name == name).unwrap().start
+    parameters
+        .iter()
+        .find(|p| p.name == name)
+        .unwrap()
+        .nominal()
 }
 
 #[test]

@@ -8,7 +8,7 @@ use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::simulate::outputs;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
 use servobee::model::effects::{CATALOGUE, Effect};
-use servobee::model::{Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
+use servobee::model::{Complete, Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
 use servobee::rig::{Command, FULL_SCALE, Noise, RATED_DROP, Setup, Simulation};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -36,7 +36,7 @@ fn series_of(problem: &Problem) -> &Series {
 
 /// The outputs at the start values.
 fn at_start(problem: &Problem) -> Vec<Outputs<f64>> {
-    let values: Vec<f64> = problem.parameters.iter().map(|p| p.start).collect();
+    let values = Complete::nominal(&problem.parameters);
     outputs(&problem.structure, &values, series_of(problem))
 }
 
@@ -117,7 +117,7 @@ fn the_catalogue_is_that_of_the_reference() {
                 "{} is there twice",
                 parameter.name
             );
-            assert!(parameter.low <= parameter.start && parameter.start <= parameter.high);
+            assert!(parameter.low <= parameter.nominal() && parameter.nominal() <= parameter.high);
             assert!(!parameter.unit.is_empty(), "{effect}");
         }
         for (name, _) in e.neutral {
@@ -156,10 +156,10 @@ fn neutral_pair(base: &Structure, effect: Effect) -> (Problem, Problem) {
         .map(|p| p.name)
         .collect();
     for parameter in parameters.iter_mut().filter(|p| own.contains(&p.name)) {
-        parameter.fixed = true;
+        parameter.set_fixed(true);
         let mut known = effect.entry.neutral.iter();
         if let Some((_, value)) = known.find(|n| parameter.name.starts_with(n.0)) {
-            parameter.start = *value;
+            parameter.set_nominal(*value);
         }
     }
     let with = problem(structure, parameters.clone(), vec![record()]);
@@ -320,14 +320,23 @@ fn largest_of(rows: &[Outputs<f64>]) -> f64 {
 }
 
 /// A bench of the rig, the model of the same valve, and the values of its parameters.
-fn model_of(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (Structure, Vec<f64>, Series) {
+fn model_of(
+    setup: &Setup,
+    effects: &[(&str, &[(&str, f64)])],
+) -> (Structure, Complete<f64>, Series) {
     let record = setup.record().unwrap();
     let mut structure = bench();
     for (effect, _) in effects {
         structure = structure.with(effect.parse().unwrap());
     }
     let parameters = structure.parameters();
-    let start = |name: &str| parameters.iter().find(|p| p.name == name).unwrap().start;
+    let start = |name: &str| {
+        parameters
+            .iter()
+            .find(|p| p.name == name)
+            .unwrap()
+            .nominal()
+    };
     let speed = (RATED_DROP * 1e5 / start("density")).sqrt();
     let area = setup.valve.rated_flow / 6e4 / speed / start("discharge_coefficient") * 1e4;
     let value = |name: &str| {
@@ -339,9 +348,9 @@ fn model_of(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (Structure, Ve
         "time_constant" => setup.valve.time_constant,
         "saturation" => setup.valve.saturation,
         "max_area" => area,
-        name => value(name).unwrap_or(p.start),
+        name => value(name).unwrap_or(p.nominal()),
     });
-    let values = values.collect();
+    let values: Complete<f64> = values.collect();
     for (_, own) in effects {
         for (name, _) in *own {
             assert!(parameters.iter().any(|p| p.name == *name), "no {name}");
@@ -527,9 +536,9 @@ fn sensitivities_are_those_of_finite_differences() {
                 .map(|p| p.name)
                 .collect();
             for parameter in &mut problem.parameters {
-                parameter.fixed = !own.contains(&parameter.name);
-                if own.contains(&parameter.name) && parameter.start == 0.0 {
-                    parameter.start = 1e-3 * parameter.high;
+                parameter.set_fixed(!own.contains(&parameter.name));
+                if own.contains(&parameter.name) && parameter.nominal() == 0.0 {
+                    parameter.set_nominal(1e-3 * parameter.high);
                 }
             }
             // Not where commands arrive with rows: there a difference and the one-sided slope are 2 % apart.
@@ -593,7 +602,7 @@ fn driven(
     let mut parameters = absent(structure, &scale);
     for (name, value) in values {
         let parameter = parameters.iter_mut().find(|p| p.name == *name);
-        parameter.expect("a parameter").start = *value;
+        parameter.expect("a parameter").set_nominal(*value);
     }
     let sample = |t: &f64| Sample {
         input: Input {
@@ -611,7 +620,7 @@ fn driven(
         time,
     };
     series.set_steps(structure.fastest_rate(&parameters), refine);
-    let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let values = Complete::nominal(&parameters);
     outputs(structure, &values, &series)
 }
 
@@ -781,7 +790,7 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
                 plant(&mut parameters, effect, &scale, trial);
                 let values: Vec<(&str, f64)> = parameters
                     .iter()
-                    .map(|p| (p.name.as_str(), p.start))
+                    .map(|p| (p.name.as_str(), p.nominal()))
                     .collect();
                 let run = driven(&structure, &values, rows(200, 1e-3), 1, |_| 7.5);
                 let ends = |i, top| (run[0][i] - run[199][i]).abs() / top;

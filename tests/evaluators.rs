@@ -210,7 +210,10 @@ fn costs_are_ordered_and_diverged_ones_come_last() {
 fn a_problem_without_free_parameters_has_a_cost() {
     let Case { mut problem, .. } = case("actuator, held");
     let searched = costs(&problem, &Population::single(&problem.start()));
-    problem.parameters.iter_mut().for_each(|p| p.fixed = true);
+    problem
+        .parameters
+        .iter_mut()
+        .for_each(|p| p.set_fixed(true));
     let mut population = Population::new(0);
     assert!(population.is_empty());
     population.push(&[]);

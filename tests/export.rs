@@ -8,7 +8,7 @@ use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{Problem, simulate};
 use servobee::export::{Model, c, fmu, modelica, simscape};
 use servobee::model::effects::Port;
-use servobee::model::{FreeForm, Hold, Input, Output, Outputs, Signal, Structure};
+use servobee::model::{Complete, FreeForm, Hold, Input, Output, Outputs, Signal, Structure};
 use servobee::report::ModelFile;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -87,8 +87,8 @@ struct Found {
 fn model(name: &str, problem: &Problem) -> Model {
     let mut parameters = problem.parameters.clone();
     for parameter in &mut parameters {
-        parameter.low = parameter.low.min(parameter.start);
-        parameter.high = parameter.high.max(parameter.start);
+        parameter.low = parameter.low.min(parameter.nominal());
+        parameter.high = parameter.high.max(parameter.nominal());
     }
     Model::new(name, problem.structure.clone(), parameters)
 }
@@ -108,7 +108,7 @@ impl Case {
         let number = folder.read_dir().expect("a folder").count();
         let path = folder.join(format!("{number}.fmu"));
         std::fs::write(&path, fmu.bytes).expect("a file that can be written");
-        let values: Vec<f64> = model.parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&model.parameters);
         let outputs = simulate::outputs(structure, &values, &series);
         let inputs = &fmu.inputs;
         let row = |sample: &Sample| {
@@ -231,7 +231,7 @@ fn corrected(port: Port, signal: Signal, output: Option<Output>) -> Problem {
     let mut parameters = common::effects::absent(&structure, &common::effects::scale(&structure));
     let corrections = parameters.len() - values.len();
     for (parameter, value) in parameters[corrections..].iter_mut().zip(values) {
-        parameter.start = value;
+        parameter.set_nominal(value);
     }
     common::problem(
         structure,
@@ -288,9 +288,9 @@ fn an_fmu_keeps_to_the_rules_of_fmi() {
     ];
     for (case, problem) in cases.iter_mut().zip([&held, &delayed.1]) {
         case.thorough = true;
-        for parameter in problem.parameters.iter().filter(|p| !p.fixed).take(3) {
+        for parameter in problem.parameters.iter().filter(|p| !p.is_fixed()).take(3) {
             case.changes
-                .insert(parameter.name.clone(), 1.001 * parameter.start);
+                .insert(parameter.name.clone(), 1.001 * parameter.nominal());
         }
     }
     let Some(all): Option<Vec<Found>> = simulated(&cases, folder.path(), "simulate.py") else {
@@ -352,7 +352,7 @@ fn the_program_exports_what_it_simulates() {
         };
         let parameters =
             common::with_starts(&structure, &[("gain", 250.0), ("time_constant", 0.004)]);
-        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&parameters);
         let text = ModelFile::to_toml(&structure, &parameters, &values);
         std::fs::write(path.join("model.toml"), text).unwrap();
         let command = |k: usize| [0.0, 2.0, 9.0, -9.0, 1.5][k / 60 % 5] + (k as f64 / 9.0).sin();
@@ -508,7 +508,7 @@ fn every_effect_simulates_as_a_modelica_model() {
             samples: (0..time.len()).map(sample).collect(),
         };
         series.set_steps(structure.fastest_rate(&model.parameters), 1);
-        let values: Vec<f64> = model.parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&model.parameters);
         let text = bench_text(&model, &levels, series.samples[0].step);
         let smooth = !text.contains("sample(");
         let outputs = simulate::outputs(&structure, &values, &series);
@@ -557,7 +557,8 @@ fn every_effect_simulates_as_a_modelica_model() {
     add("several".into(), &problem);
     // A planted fault.
     let mut faulty = common::case("actuator, held").problem;
-    faulty.parameters[0].start *= 1.01;
+    let parameter = &mut faulty.parameters[0];
+    parameter.set_nominal(1.01 * parameter.nominal());
     add("faulty".into(), &faulty);
     let right = sheets[0].expected.clone();
     sheets.last_mut().expect("the faulty one").expected = right;
@@ -604,7 +605,7 @@ fn the_simscape_script_leaves_nothing_out() {
             let line = format!(
                 "%   {} = {:?} {}\n",
                 own.name,
-                known.unwrap().start,
+                known.unwrap().nominal(),
                 own.unit
             );
             let item = after.split("\n% - ").next().unwrap().to_owned() + "\n";

@@ -177,7 +177,7 @@ impl Evaluator for Counting {
 fn searches_are_evaluated_together_until_each_has_finished() {
     let free = case("actuator, held").problem;
     let mut fixed = free.clone();
-    fixed.parameters.iter_mut().for_each(|p| p.fixed = true);
+    fixed.parameters.iter_mut().for_each(|p| p.set_fixed(true));
     let plans = [3, 1, 5, 3].map(|generations| plan(generations, 1, false));
     let mut tasks: Vec<(&Problem, &Plan)> = plans.iter().map(|plan| (&free, plan)).collect();
     tasks.insert(1, (&fixed, &plans[0]));

@@ -12,7 +12,7 @@ use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::valve::ValveForm;
-use servobee::model::{Hold, Output, Outputs, ServoValve, Structure};
+use servobee::model::{Complete, Hold, Output, Outputs, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use sha2::{Digest, Sha256};
 use std::fs::{create_dir, read_to_string, write};
@@ -654,7 +654,8 @@ fn planted_with(values: &[f64], spool_unit: Option<&str>, noise: f64, hold: Hold
     let mut series = Series::to_simulate(&commanded.unwrap(), &structure).unwrap();
     // As fine as for any parameters that a search may try.
     series.set_steps(2e4, 1);
-    let simulated = outputs(&structure, values, &series);
+    let values = Complete::from_iter(values.iter().copied());
+    let simulated = outputs(&structure, &values, &series);
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let measured = |row: &Outputs<f64>| row[Output::Spool] + noise * rng.random_range(-1.0..=1.0);
     let spool = simulated.iter().map(measured);

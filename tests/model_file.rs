@@ -5,7 +5,9 @@ use proptest::sample::{Index, select, subsequence};
 use servobee::model::effects::CATALOGUE;
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
-use servobee::model::{Drive, Hold, Initial, Output, Parameter, Piston, ServoValve, Structure};
+use servobee::model::{
+    Complete, Drive, Hold, Initial, Output, Parameter, Piston, Role, ServoValve, Structure,
+};
 use servobee::report::ModelFile;
 use servobee::{Error, Result};
 
@@ -71,10 +73,10 @@ fn a_complete_file_reads_back_to_the_same() {
     for structure in structures() {
         let mut parameters = structure.parameters();
         for (i, parameter) in parameters.iter_mut().enumerate() {
-            parameter.start = parameter.from_unit(((i + 1) as f64 * 0.618).fract());
-            parameter.fixed = i % 2 == 0;
+            parameter.set_nominal(parameter.from_unit(((i + 1) as f64 * 0.618).fract()));
+            parameter.set_fixed(i % 2 == 0);
         }
-        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&parameters);
         let text = ModelFile::to_toml(&structure, &parameters, &values);
         let file = ModelFile::parse("model.toml", &text).unwrap();
         assert_eq!(file.structure(nowhere).unwrap(), structure, "{text}");
@@ -125,8 +127,8 @@ fn a_part_changes_the_rest_key_by_key() {
     for (changed, before) in parameters.iter().zip(structure.parameters()) {
         let expected = match before.name.as_str() {
             "saturation" => Parameter {
-                start: 5.0,
-                ..before.fixed()
+                role: Role::Fixed { value: 5.0 },
+                ..before
             },
             _ => before,
         };
@@ -274,7 +276,7 @@ fn a_fluid_sets_density_and_viscosity_unless_a_parameter_does() {
             .into_iter()
             .find(|p| p.name == name)
             .unwrap()
-            .start
+            .nominal()
     };
     let oil = "[fluid]\niso_vg = 32\ntemperature = 60\n";
     assert!((value(oil, "viscosity") - 16.0).abs() < 0.2);
@@ -417,10 +419,10 @@ proptest! {
     ) {
         let mut parameters = structure.parameters();
         for (parameter, (place, fixed)) in parameters.iter_mut().zip(places.iter().cycle()) {
-            parameter.start = parameter.from_unit(*place);
-            parameter.fixed = *fixed;
+            parameter.set_nominal(parameter.from_unit(*place));
+            parameter.set_fixed(*fixed);
         }
-        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&parameters);
         let text = ModelFile::to_toml(&structure, &parameters, &values);
         let file = ModelFile::parse("model.toml", &text).unwrap();
         prop_assert_eq!(file.complete_structure().unwrap(), structure.clone(), "{}", text);
@@ -435,7 +437,7 @@ proptest! {
         piece in piece(),
     ) {
         let parameters = structure.parameters();
-        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&parameters);
         let mut text = ModelFile::to_toml(&structure, &parameters, &values);
         // From one word to another, which may be the same.
         let words: Vec<usize> = text.match_indices([' ', '\n', ',']).map(|(at, _)| at).collect();
@@ -450,8 +452,8 @@ proptest! {
         });
         match read {
             Ok((structure, parameters)) => {
-                prop_assert!(parameters.iter().all(|p| (p.low..=p.high).contains(&p.start)));
-                let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+                prop_assert!(parameters.iter().all(|p| (p.low..=p.high).contains(&p.nominal())));
+                let values = Complete::nominal(&parameters);
                 let again = ModelFile::to_toml(&structure, &parameters, &values);
                 let file = ModelFile::parse("again.toml", &again).unwrap();
                 prop_assert_eq!(file.complete_structure().unwrap(), structure.clone());

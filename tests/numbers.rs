@@ -10,7 +10,7 @@ use servobee::evaluate::problem::{Data, Series};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, STATE_LIMIT, Status, reference,
 };
-use servobee::model::Output;
+use servobee::model::{Complete, Output};
 use servobee::search::Plan;
 use std::ops::ControlFlow;
 
@@ -42,10 +42,10 @@ fn inside_the_bounds_nothing_breaks() {
     for (seed, (name, mut problem)) in (1..).zip(base.chain(effects::cases())) {
         // The whole space that a search has, not the neighbourhood that the case compares evaluators in.
         let wide = problem.structure.parameters();
-        for parameter in problem.parameters.iter_mut().filter(|p| !p.fixed) {
+        for parameter in problem.parameters.iter_mut().filter(|p| !p.is_fixed()) {
             if let Some(own) = wide.iter().find(|own| own.name == parameter.name) {
                 (parameter.low, parameter.high) = (own.low, own.high);
-                parameter.start = parameter.clamp(parameter.start);
+                parameter.set_nominal(parameter.clamp(parameter.nominal()));
             }
         }
         let population = anywhere(&problem, 24, seed);
@@ -96,7 +96,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
     let Data::Series(records) = &*exact.data else {
         unreachable!("a record was given")
     };
-    let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let values = Complete::nominal(&parameters);
     let outputs = reference::trajectories(&structure, &values, records).remove(0);
     let mut series: Series = records[0].clone();
     let mut rng = ChaCha8Rng::seed_from_u64(1);

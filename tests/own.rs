@@ -13,7 +13,9 @@ use servobee::model::effects::{
     Act, CATALOGUE, Effect, Entry, Law, Port, Scale, entry, known, register,
 };
 use servobee::model::valve::ValveForm;
-use servobee::model::{Hold, Input, Output, Outputs, Pace, Parameter, Real, ServoValve, Structure};
+use servobee::model::{
+    Complete, Hold, Input, Output, Outputs, Pace, Parameter, Real, ServoValve, Structure,
+};
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use servobee::search::{Plan, refine};
@@ -149,7 +151,7 @@ fn problem(structure: &Structure, values: &[(&str, f64)]) -> Problem {
             .iter_mut()
             .find(|p| p.name == *name)
             .unwrap()
-            .start = *value;
+            .set_nominal(*value);
     }
     let sample = |k: usize| Sample {
         input: Input {
@@ -166,7 +168,7 @@ fn problem(structure: &Structure, values: &[(&str, f64)]) -> Problem {
         samples: (0..600).map(sample).collect(),
     };
     series.set_steps(structure.fastest_rate(&parameters), 1);
-    let start: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let start = Complete::nominal(&parameters);
     let simulated = reference::trajectories(structure, &start, std::slice::from_ref(&series));
     for (sample, outputs) in series.samples.iter_mut().zip(&simulated[0]) {
         sample.target = *outputs;
@@ -180,8 +182,8 @@ fn candidates(problem: &Problem, count: usize) -> Population {
     for i in 0..count {
         let share = |j: usize| ((i * 7 + j * 3) % 11) as f64 / 10.0 - 0.5;
         let near = |(j, p): (usize, &Parameter)| {
-            let width = 0.2 * (p.high - p.low).min(p.start.abs().max(0.1));
-            p.clamp(p.start + width * share(j))
+            let width = 0.2 * (p.high - p.low).min(p.nominal().abs().max(0.1));
+            p.clamp(p.nominal() + width * share(j))
         };
         population.push(&free.iter().enumerate().map(near).collect::<Vec<f64>>());
     }
@@ -266,12 +268,12 @@ fn an_own_effect_with_a_state_is_fitted_and_written() {
     let fit = refine(&problem, &start, &Plan::of_records(1)).unwrap();
     for (parameter, value) in fit.free.iter().zip(fit.values()) {
         assert!(
-            (value / parameter.start - 1.0).abs() < 1e-6,
+            (value / parameter.nominal() - 1.0).abs() < 1e-6,
             "{}: {value}",
             parameter.name
         );
     }
-    let all: Vec<f64> = problem.parameters.iter().map(|p| p.start).collect();
+    let all = Complete::nominal(&problem.parameters);
     let text = ModelFile::to_toml(&structure, &problem.parameters, &all);
     let read = ModelFile::parse("model.toml", &text)
         .unwrap()
@@ -462,7 +464,7 @@ fn a_diagnosis_that_is_given_it_names_it() {
     )
     .unwrap();
     series.set_steps(2e4, 1);
-    let values: Vec<f64> = values.map(|(_, value)| value).to_vec();
+    let values = Complete::from_iter(values.map(|(_, value)| value));
     let simulated = reference::trajectories(&structure, &values, &[series]);
     let spool = simulated[0]
         .iter()
@@ -494,7 +496,7 @@ fn a_diagnosis_that_is_given_it_names_it() {
         .parameters
         .iter()
         .position(|p| p.name == "droop");
-    let value = after.values[place.unwrap()];
+    let value = after.values.as_slice()[place.unwrap()];
     println!("droop {value}, planted {planted}");
     assert!((value / planted - 1.0).abs() < 0.03, "{value}");
     // Nobody has asked for it here.
@@ -557,7 +559,8 @@ fn an_own_cost_is_the_same_everywhere_and_forgives_outliers() {
     let Data::Series(records) = &*huber.data else {
         unreachable!("records were made")
     };
-    let simulated = reference::trajectories(&huber.structure, &candidate, records);
+    let all = Complete::from_iter(candidate.clone());
+    let simulated = reference::trajectories(&huber.structure, &all, records);
     let by_hand: f64 = records[0]
         .samples
         .iter()

@@ -160,7 +160,7 @@ fn breakpoints() -> Vec<(&'static str, Problem, Population)> {
         .parameters
         .iter_mut()
         .find(|p| p.name == "leakage_area");
-    leakage.expect("a parameter of the valve").start = 0.01;
+    leakage.expect("a parameter of the valve").set_nominal(0.01);
     vec![
         (
             "a saturation equal to the step, and equal to half of it",
@@ -267,8 +267,9 @@ fn a_parameter_off_by_a_thousandth_on_the_gpu_is_caught() {
         for (i, parameter) in problem.parameters.iter().enumerate() {
             let mut problem = problem.clone();
             let mut changed = population.clone();
-            if parameter.fixed {
-                problem.parameters[i].start *= 1.001;
+            if parameter.is_fixed() {
+                let parameter = &mut problem.parameters[i];
+                parameter.set_nominal(1.001 * parameter.nominal());
             } else {
                 changed = Population::new(population.dimension());
                 for candidate in population.iter() {
@@ -609,11 +610,11 @@ fn an_effect_off_by_a_hundredth_on_the_gpu_is_caught() {
         let reference = on_cpu(Precision::F32, &problem, &population);
         for (i, parameter) in problem.parameters.iter().enumerate().skip(count) {
             // What is zero is not in the model.
-            if parameter.start == 0.0 {
+            if parameter.nominal() == 0.0 {
                 continue;
             }
             let mut problem = problem.clone();
-            problem.parameters[i].start *= 1.01;
+            problem.parameters[i].set_nominal(1.01 * parameter.nominal());
             let changed = Population::single(&problem.start());
             let found = difference(&on_gpu(&mut gpu, &problem, &changed), &reference);
             let what = format!("{} shows as {found:.1e}: {name}", parameter.name);
@@ -841,7 +842,10 @@ fn a_problem_without_free_parameters_has_a_cost_on_the_gpu() {
         return;
     };
     let Case { mut problem, .. } = case("actuator, held");
-    problem.parameters.iter_mut().for_each(|p| p.fixed = true);
+    problem
+        .parameters
+        .iter_mut()
+        .for_each(|p| p.set_fixed(true));
     let population = Population::single(&[]);
     let cost = on_gpu(&mut gpu, &problem, &population);
     let reference = on_cpu(Precision::F32, &problem, &population);
@@ -857,7 +861,7 @@ fn single_precision_anywhere_inside_the_bounds() {
         let mut problem = case(name).problem;
         let wide = problem.structure.parameters();
         for (parameter, wide) in problem.parameters.iter_mut().zip(wide) {
-            if !parameter.fixed {
+            if !parameter.is_fixed() {
                 (parameter.low, parameter.high) = (wide.low, wide.high);
             }
         }

@@ -9,7 +9,9 @@ use servobee::evaluate::{CpuEvaluator, Evaluator, Precision, Problem, reference}
 use servobee::model::declare::Given;
 use servobee::model::orifice::{Orifice, Transition};
 use servobee::model::valve::{Drop, OrificeFlows, Orifices, Pressures, Valve, ValveForm};
-use servobee::model::{Alone, Hold, Initial, Input, Output, Plant, ServoValve, Structure, View};
+use servobee::model::{
+    Alone, Complete, Hold, Initial, Input, Output, Plant, ServoValve, Structure, View,
+};
 
 /// The fastest rate inside the default bounds.
 fn default_rate() -> f64 {
@@ -89,7 +91,7 @@ fn actuator_follows_the_independent_solutions() {
         let reference = golden.column("spool [V]");
         let mut error_at = |rate: f64, refine: u32| {
             record.set_steps(rate, refine);
-            let rows = outputs(&structure, &values, &record);
+            let rows = outputs(&structure, &Complete::from_iter(values.clone()), &record);
             error(rows.iter().map(|row| row[Output::Spool]), &reference)
         };
         let default = error_at(default_rate(), 1);
@@ -115,7 +117,7 @@ fn the_way_out_of_saturation_is_the_closed_form() {
         let rows = golden.rows_where("case", &number);
         let mut record = record(rows.column("time [s]"), &rows.column("command [V]"));
         let (spool, integrator) = (rows.column("spool [V]"), rows.column("z [V]"));
-        let plant = Alone::plant(&structure, &values);
+        let plant = Alone::plant(&structure, &Complete::from_iter(values));
         let mut error_at = |rate: f64, refine: u32| {
             record.set_steps(rate, refine);
             let mut states = Vec::new();
@@ -203,7 +205,8 @@ fn valve_flows(row: &Golden, orifices: Orifices) -> OrificeFlows<f64> {
         ..area
     };
     let fixed = [0.7, 850.0, 18.0, 1e-8, row.number("x0 [%]")];
-    let valve = Valve::new(&form, &mut Given::new(&[&fixed[..], &areas].concat()));
+    let all = [&fixed[..], &areas].concat().into_iter().collect();
+    let valve = Valve::new(&form, &mut Given::new(&all));
     let pressures = Pressures {
         supply: row.number("supply_pressure [bar]"),
         tank: row.number("return_pressure [bar]"),
@@ -266,7 +269,7 @@ fn position_is_the_integral_of_the_flow() {
     let mut record = record(golden.column("time [s]"), &golden.column("command [V]"));
     let mut error_at = |rate: f64, refine: u32| {
         record.set_steps(rate, refine);
-        let rows = outputs(&structure, &values, &record);
+        let rows = outputs(&structure, &Complete::from_iter(values.clone()), &record);
         let of = |i, column| error(rows.iter().map(|row| row[i]), &golden.column(column));
         [
             of(Output::Spool, "spool [V]"),
@@ -309,7 +312,10 @@ fn response_errors(
             rate(values),
             refine,
         );
-        let plant = Plant::new(&Structure::actuator(10.0, "V"), &values);
+        let plant = Plant::new(
+            &Structure::actuator(10.0, "V"),
+            &Complete::from_iter(values),
+        );
         let [re, im] = response(&plant, &tone, &Wave::new(&[tone]), |_| false);
         let (sin, cos) = phase.to_radians().sin_cos();
         worst[0] = worst[0].max((re - gain * cos).hypot(im - gain * sin));
@@ -364,8 +370,9 @@ fn every_candidate_inside_the_bounds_is_exact() {
             unreachable!("a record")
         };
         let error_of = |candidate: &[f64]| {
-            let coarse = outputs(&structure, candidate, &coarse[0]);
-            let fine = outputs(&structure, candidate, &fine[0]);
+            let values = Complete::from_iter(candidate.iter().copied());
+            let coarse = outputs(&structure, &values, &coarse[0]);
+            let fine = outputs(&structure, &values, &fine[0]);
             let errors = coarse
                 .iter()
                 .zip(&fine)
@@ -402,9 +409,13 @@ fn exact_sensitivities_are_those_of_finite_differences() {
         // Off the start, where numbers are round and the model may sit on a breakpoint.
         let free = near_start(problem, 1, 7);
         let values = problem.complete(free.candidate(0), |fixed| fixed);
+        let values = values.as_slice().to_vec();
         // Fixed ones, too.
         let mut problem = problem.clone();
-        problem.parameters.iter_mut().for_each(|p| p.fixed = false);
+        problem
+            .parameters
+            .iter_mut()
+            .for_each(|p| p.set_fixed(false));
         let exact = residuals(&problem, &values);
         let size =
             |numbers: &mut dyn Iterator<Item = f64>| numbers.fold(0.0, |a, b| b.abs().max(a));

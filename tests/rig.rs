@@ -4,7 +4,7 @@ use crate::program::{names, off, printed, refused, rms, servobee};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;
-use servobee::model::{Output, ServoValve, Structure};
+use servobee::model::{Complete, Output, ServoValve, Structure};
 use servobee::record::{Channel, Record};
 use servobee::rig::{
     Command, FULL_SCALE, Form, Kind, Noise, Oddity, Outsider, Planted, Quantisation, RATED_DROP,
@@ -89,17 +89,23 @@ fn without_effects_it_is_the_model() {
             ..Structure::actuator(FULL_SCALE, "V")
         };
         let parameters = structure.parameters();
-        let start = |name: &str| parameters.iter().find(|p| p.name == name).unwrap().start;
+        let start = |name: &str| {
+            parameters
+                .iter()
+                .find(|p| p.name == name)
+                .unwrap()
+                .nominal()
+        };
         let speed = (2.0 * RATED_DROP / 2.0 * 1e5 / start("density")).sqrt();
         let area = valve.rated_flow / 6e4 / speed / start("discharge_coefficient") * 1e4;
-        let values: Vec<f64> = parameters
+        let values: Complete<f64> = parameters
             .iter()
             .map(|p| match p.name.as_str() {
                 "gain" => valve.gain,
                 "time_constant" => valve.time_constant,
                 "saturation" => valve.saturation,
                 "max_area" => area,
-                _ => p.start,
+                _ => p.nominal(),
             })
             .collect();
         let mut series = Series::from_record(&setup.record().unwrap(), &structure).unwrap();

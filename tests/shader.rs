@@ -181,9 +181,10 @@ fn problems_of_one_identity_have_one_shader() {
         let problem = all[i].clone();
         let mut fixed = problem.clone();
         let last = fixed.parameters.last_mut().expect("a parameter");
-        last.fixed = !last.fixed;
+        last.set_fixed(!last.is_fixed());
         let mut started = problem.clone();
-        started.parameters[0].start *= 1.5;
+        let parameter = &mut started.parameters[0];
+        parameter.set_nominal(1.5 * parameter.nominal());
         let losing = problem.clone().with_loss::<Square>();
         let mut scaled = losing.clone();
         scaled.scale = Outputs::all(0.25);

@@ -50,7 +50,7 @@ fn coherent(problem: &Problem, size: usize) -> Population {
     let mut near = Population::new(spread.dimension());
     for candidate in spread.iter() {
         let moved = free.iter().zip(candidate).map(|(parameter, value)| {
-            let middle = parameter.to_unit(parameter.start);
+            let middle = parameter.to_unit(parameter.nominal());
             parameter.from_unit(middle + NEAR * (parameter.to_unit(*value) - 0.5))
         });
         near.push(&moved.collect::<Vec<_>>());

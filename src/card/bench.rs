@@ -6,7 +6,7 @@ use crate::evaluate::simulate::outputs;
 use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
 use crate::model::effects::Port;
 use crate::model::valve::{AreaLaw, Drop, Meter, RATED_DROP};
-use crate::model::{Dynamics, Hold, Initial, Input, Output, Parameter, Plant, Structure};
+use crate::model::{Complete, Dynamics, Hold, Initial, Input, Output, Parameter, Plant, Structure};
 
 /// Pressure from P to T where the record's was measured, bar: at which servo valves are rated.
 const DROP: f64 = 70.0;
@@ -24,7 +24,11 @@ pub(super) struct Bench {
 
 impl Bench {
     /// The valve of `structure`, whose `parameters` have these `values`. What only a sensor adds is left out.
-    pub(super) fn new(structure: &Structure, parameters: &[Parameter], values: &[f64]) -> Self {
+    pub(super) fn new(
+        structure: &Structure,
+        parameters: &[Parameter],
+        values: &Complete<f64>,
+    ) -> Self {
         let mut bench = Structure {
             hold: Hold::Held,
             initial: Initial::Equilibrium,
@@ -48,7 +52,7 @@ impl Bench {
         let names = parameters.iter().map(|parameter| parameter.name.clone());
         Self {
             structure: bench,
-            values: names.zip(values.iter().copied()).collect(),
+            values: names.zip(values.as_slice().iter().copied()).collect(),
         }
     }
 
@@ -90,7 +94,7 @@ impl Bench {
 
     /// How long a command takes to arrive, s.
     pub(super) fn delay(&self) -> f64 {
-        let values: Vec<f64> = self.parameters().iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&self.parameters());
         Plant::new(&self.structure, &values).delay().unwrap_or(0.0)
     }
 
@@ -98,8 +102,9 @@ impl Bench {
     fn parameters(&self) -> Vec<Parameter> {
         let mut parameters = self.structure.parameters();
         for parameter in &mut parameters {
-            let value = self.value(&parameter.name).unwrap_or(parameter.start);
-            (parameter.low, parameter.high, parameter.start) = (value, value, value);
+            let value = self.value(&parameter.name).unwrap_or(parameter.nominal());
+            (parameter.low, parameter.high) = (value, value);
+            parameter.set_nominal(value);
         }
         parameters
     }
@@ -165,7 +170,7 @@ impl Bench {
         };
         let parameters = self.parameters();
         record.set_steps(self.structure.fastest_rate(&parameters), 1);
-        let values: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+        let values = Complete::nominal(&parameters);
         let rows = outputs(&self.structure, &values, &record);
         rows.iter()
             .map(|row| [row[Output::Spool], row[Output::Flow]])

@@ -280,7 +280,7 @@ impl Conditions {
             problem
                 .parameters
                 .iter()
-                .any(|p| p.name == name && !p.fixed)
+                .any(|p| p.name == name && !p.is_fixed())
         };
         Self {
             drop: bench.drop(),

@@ -158,7 +158,7 @@ fn explain(name: &str) -> Result<String> {
     let values: Vec<String> = signature
         .values
         .iter()
-        .filter(|(parameter, _)| !parameter.fixed)
+        .filter(|(parameter, _)| !parameter.is_fixed())
         .map(|(parameter, value)| {
             let unit = match parameter.unit.as_str() {
                 "1" => String::new(),

@@ -4,7 +4,7 @@ use super::colour;
 use super::table::{number, table};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{STATE_LIMIT, Score, simulate};
-use servobee::model::{Outputs, Structure};
+use servobee::model::{Complete, Outputs, Structure};
 use servobee::record::{Mapping, Record, check_mappings};
 use servobee::report::{ModelFile, OutputFile};
 use servobee::{Error, Result};
@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
 
     // The steps that identify takes within the same bounds, so that its errors come out again.
     let rate = structure.fastest_rate(&parameters);
-    let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let values = Complete::nominal(&parameters);
     let mut simulated = |refine| {
         series.set_steps(rate, refine);
         let outputs = simulate::outputs(&structure, &values, &series);

@@ -7,7 +7,7 @@ use super::{Comparison, improvement};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
-use crate::model::{Parameter, Structure};
+use crate::model::{Complete, Parameter, Structure};
 use crate::search::Method;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -38,8 +38,8 @@ pub struct Refit {
 
 impl Refit {
     /// Values of all parameters.
-    pub fn values(&self) -> Vec<f64> {
-        self.parameters.iter().map(|p| p.start).collect()
+    pub fn values(&self) -> Complete<f64> {
+        Complete::nominal(&self.parameters)
     }
 }
 

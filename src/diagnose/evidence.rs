@@ -10,7 +10,7 @@ use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, Fingerprint, Memory, reference};
 use crate::model::effects::{Effect, Scale};
-use crate::model::{Output, Outputs, Parameter, Signal, Structure};
+use crate::model::{Complete, Output, Outputs, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions};
 use crate::search::{self, Method, Plan, RunningSearch, polish_on_data, run_in_lockstep};
 use rayon::prelude::*;
@@ -128,7 +128,7 @@ impl Evidence {
         plan: &Plan,
     ) -> Self {
         let mut near = before.problem.parameters.clone();
-        for (parameter, &value) in near.iter_mut().zip(&before.values) {
+        for (parameter, &value) in near.iter_mut().zip(before.values.as_slice()) {
             parameter.low = parameter.low.max(value / HEADROOM);
             parameter.high = parameter.high.min(value * HEADROOM);
         }
@@ -211,9 +211,9 @@ impl Evidence {
                 *parameter = known;
             }
             if let Some(from) = named(start, &parameter.name)
-                && !parameter.fixed
+                && !parameter.is_fixed()
             {
-                parameter.start = parameter.clamp(from.start);
+                parameter.set_nominal(parameter.clamp(from.nominal()));
             }
         }
         Problem {
@@ -233,13 +233,13 @@ impl Evidence {
         let imitates = |p: &&mut Parameter| effect.entry.imitated_by.contains(&p.name.as_str());
         if *released {
             let imitating = start.iter_mut().filter(imitates);
-            imitating.for_each(|parameter| parameter.start = parameter.high);
+            imitating.for_each(|parameter| parameter.set_nominal(parameter.high));
         }
         let own = effect.parameters(&self.sizes);
-        let free = own.into_iter().filter(|p| !p.fixed);
-        start.extend(free.zip(trial).map(|(parameter, &value)| Parameter {
-            start: parameter.clamp(value),
-            ..parameter
+        let free = own.into_iter().filter(|p| !p.is_fixed());
+        start.extend(free.zip(trial).map(|(mut parameter, &value)| {
+            parameter.set_nominal(parameter.clamp(value));
+            parameter
         }));
         self.problem(&structure, &start)
     }
@@ -317,7 +317,7 @@ impl Evidence {
 
     /// Residuals of each observed channel at the problem's start, in units of noise; `None` where the model diverges.
     fn residuals(&self, problem: &Problem, side: Side) -> Option<Vec<Vec<f64>>> {
-        let values: Vec<f64> = problem.parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&problem.parameters);
         let records = self.records(side);
         let simulated = reference::trajectories(&problem.structure, &values, records);
         let one = |&output: &Output| {
@@ -340,9 +340,9 @@ impl Evidence {
 
 /// Lets the free parameters start at `values`.
 pub(super) fn set_start(problem: &mut Problem, values: &[f64]) {
-    let free = problem.parameters.iter_mut().filter(|p| !p.fixed);
+    let free = problem.parameters.iter_mut().filter(|p| !p.is_fixed());
     for (parameter, value) in free.zip(values) {
-        parameter.start = *value;
+        parameter.set_nominal(*value);
     }
 }
 
@@ -388,8 +388,9 @@ mod tests {
             let share = 0.3 + 1e-3 * i as f64;
             let [low, start, high] =
                 [share - 0.1, share, share + 0.1].map(|u| parameter.from_unit(u));
-            (parameter.low, parameter.start, parameter.high) = (low, start, high);
-            parameter.fixed = i % 3 == 1;
+            (parameter.low, parameter.high) = (low, high);
+            parameter.set_nominal(start);
+            parameter.set_fixed(i % 3 == 1);
         }
         let nothing = Arc::new(Data::Series(Vec::new()));
         Evidence {
@@ -424,11 +425,11 @@ mod tests {
         for (parameter, generic) in problem.parameters.iter().zip(&ordered) {
             let known = evidence.base.iter().find(|p| p.name == parameter.name);
             let mut expected = known.unwrap_or(generic).clone();
-            if !expected.fixed {
-                expected.start = parameter.start;
+            if !expected.is_fixed() {
+                expected.set_nominal(parameter.nominal());
             }
             assert_eq!(*parameter, expected, "{}", what());
-            assert_eq!(parameter.clamp(parameter.start), parameter.start);
+            assert_eq!(parameter.clamp(parameter.nominal()), parameter.nominal());
         }
     }
 
@@ -464,9 +465,9 @@ mod tests {
                         let problem = evidence.extended(&model, effect, &start);
                         assert_in_place(&evidence, &problem);
                         let own = effect.parameters(&evidence.sizes);
-                        for (own, value) in own.iter().filter(|p| !p.fixed).zip(&start.trial) {
+                        for (own, value) in own.iter().filter(|p| !p.is_fixed()).zip(&start.trial) {
                             let found = problem.parameters.iter().find(|p| p.name == own.name);
-                            assert_eq!(found.unwrap().start, own.clamp(*value), "{effect}");
+                            assert_eq!(found.unwrap().nominal(), own.clamp(*value), "{effect}");
                         }
                         let without = problem.structure.without(effect);
                         let again = evidence.problem(&without, &model.problem.parameters);
@@ -485,15 +486,15 @@ mod tests {
             let mut evidence = evidence(structure);
             let of = |list: &[Parameter]| list.iter().position(|p| p.name == "saturation").unwrap();
             let place = of(&evidence.base);
-            evidence.base[place].fixed = fixed;
+            evidence.base[place].set_fixed(fixed);
             let known = evidence.base[place].clone();
             let start = Start {
                 trial: vec![100.0],
                 released: true,
             };
             let problem = evidence.extended(&model(&evidence, structure), slew, &start);
-            let found = problem.parameters[of(&problem.parameters)].start;
-            assert_eq!(found, if fixed { known.start } else { known.high });
+            let found = problem.parameters[of(&problem.parameters)].nominal();
+            assert_eq!(found, if fixed { known.nominal() } else { known.high });
         }
     }
 }

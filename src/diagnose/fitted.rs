@@ -8,7 +8,7 @@ use super::statistics::residual::{Remaining, Residuals, remaining};
 use super::unexcited::{Unexcited, set_what_is_open};
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Problem, Score, reference};
-use crate::model::Output;
+use crate::model::{Complete, Output};
 use crate::search::{Fit, Plan};
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ pub struct Fitted {
     /// The fit.
     pub fit: Fit,
     /// Values of all parameters.
-    pub values: Vec<f64>,
+    pub values: Complete<f64>,
     /// What the model gives for the records that were fitted and for those held out.
     pub simulated: Sides<Trajectories>,
     /// Its errors.

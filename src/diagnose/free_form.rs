@@ -77,7 +77,11 @@ pub(super) fn found(
     let form = model.structure().free_form.clone()?;
     let own = form.parameters(&evidence.sizes);
     let is_own = |name: &str| own.iter().any(|parameter| parameter.name == name);
-    let parameters = fitted.problem.parameters.iter().zip(&fitted.values);
+    let parameters = fitted
+        .problem
+        .parameters
+        .iter()
+        .zip(fitted.values.as_slice());
     Some(FoundForm {
         values: parameters
             .filter(|(parameter, _)| is_own(&parameter.name))

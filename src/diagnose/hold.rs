@@ -7,7 +7,7 @@ use super::simulation::{Compared, residual};
 use super::statistics::compare::Comparison;
 use crate::Result;
 use crate::evaluate::{Fingerprint, Problem, reference};
-use crate::model::{Hold, Output};
+use crate::model::{Complete, Hold, Output};
 use crate::search::polish::polish;
 use crate::search::{Plan, Stoppable, refine};
 
@@ -94,7 +94,7 @@ pub(super) fn complete_other_way(
 impl OtherHold {
     /// `taken` beside `other`, on the fitted rows.
     pub(super) fn beside(taken: &Fitted, other: &Problem, measurements: &Measurements) -> Self {
-        let values: Vec<f64> = other.parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&other.parameters);
         let records = &measurements.fit;
         let simulated = reference::trajectories(&other.structure, &values, records);
         let own = residuals(&taken.problem, &taken.beside(measurements).fit);

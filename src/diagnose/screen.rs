@@ -273,7 +273,7 @@ fn tried(
         .into_iter()
         .map(|p| p.name)
         .collect();
-    let free = problem.parameters.iter().filter(|p| !p.fixed);
+    let free = problem.parameters.iter().filter(|p| !p.is_fixed());
     for (parameter, column) in free.zip(&there.columns) {
         if own.contains(&parameter.name) {
             directions.add(column.clone());

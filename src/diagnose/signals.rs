@@ -2,7 +2,7 @@
 
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Problem, reference};
-use crate::model::{Output, Signal};
+use crate::model::{Complete, Output, Signal};
 
 /// The signals over all fitted rows.
 pub(super) struct Signals([Vec<f64>; 4]);
@@ -20,10 +20,10 @@ impl Signals {
         structure.free_form = structure.free_form.filter(|form| form.output.is_none());
         let parameters = structure.parameters();
         let known = &problem.parameters;
-        let value = |name: &str| known.iter().find(|p| p.name == name).map(|p| p.start);
-        let values: Vec<f64> = parameters
+        let value = |name: &str| known.iter().find(|p| p.name == name).map(|p| p.nominal());
+        let values: Complete<f64> = parameters
             .iter()
-            .map(|p| value(&p.name).unwrap_or(p.start))
+            .map(|p| value(&p.name).unwrap_or(p.nominal()))
             .collect();
         let mut signals: [Vec<f64>; 4] = Default::default();
         for (record, rows) in records
@@ -84,7 +84,7 @@ mod tests {
             let mut parameters = structure.parameters();
             for parameter in &mut parameters {
                 let value = values.iter().find(|(name, _)| *name == parameter.name);
-                parameter.start = value.map_or(parameter.start, |(_, value)| *value);
+                parameter.set_nominal(value.map_or(parameter.nominal(), |(_, value)| *value));
             }
             let problem = Problem::new(structure, parameters, Data::Series(Vec::new()));
             Signals::new(&records, &problem).0

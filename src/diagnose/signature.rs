@@ -68,8 +68,8 @@ impl Simulated {
 impl From<&Fitted> for Simulated {
     fn from(fitted: &Fitted) -> Self {
         let mut model = Refit::from(&fitted.problem);
-        for (parameter, value) in model.parameters.iter_mut().zip(&fitted.values) {
-            parameter.start = *value;
+        for (parameter, value) in model.parameters.iter_mut().zip(fitted.values.as_slice()) {
+            parameter.set_nominal(*value);
         }
         Self {
             model,
@@ -251,7 +251,7 @@ fn oscillation(base: &Refit, model: &Refit, time: &[f64]) -> Option<Signal> {
         true => None,
         false => effect.frequency(),
     })?;
-    let frequency = model.parameters.iter().find(|p| p.name == name)?.start;
+    let frequency = model.parameters.iter().find(|p| p.name == name)?.nominal();
     let phase = time.iter().map(|time| (time * frequency).fract());
     Some(Signal::new(
         "phase of the oscillation",

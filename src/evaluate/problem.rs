@@ -9,7 +9,7 @@ pub(super) mod loss;
 pub(crate) use data::JITTER;
 pub use data::{DEGREES_PER_DECIBEL, Data, SAMPLES_PER_PERIOD, Sample, Series, Stream, Tone, Wave};
 
-use crate::model::{Hold, Outputs, Parameter, Real, Structure};
+use crate::model::{Complete, Hold, Outputs, Parameter, Real, Structure};
 use loss::{Loss, OwnLoss, SizedLoss};
 use std::sync::Arc;
 
@@ -70,7 +70,7 @@ impl Problem {
     pub fn free(&self) -> Vec<Parameter> {
         self.parameters
             .iter()
-            .filter(|p| !p.fixed)
+            .filter(|p| !p.is_fixed())
             .cloned()
             .collect()
     }
@@ -79,23 +79,21 @@ impl Problem {
     pub fn start(&self) -> Vec<f64> {
         self.parameters
             .iter()
-            .filter(|p| !p.fixed)
-            .map(|p| p.start)
+            .filter(|p| !p.is_fixed())
+            .map(|p| p.nominal())
             .collect()
     }
 
-    /// The values of all parameters for a candidate's free ones. `convert` makes a number from a fixed value.
-    pub fn complete<T: Copy>(&self, free: &[T], mut convert: impl FnMut(f64) -> T) -> Vec<T> {
-        let mut free = free.iter();
-        let mut next = || {
-            *free
-                .next()
-                .expect("a candidate has a value for every free parameter")
-        };
-        self.parameters
-            .iter()
-            .map(|p| if p.fixed { convert(p.start) } else { next() })
-            .collect()
+    /// The values of all parameters for a candidate's free ones. `constant` makes a number from a known value.
+    ///
+    /// # Panics
+    /// If the candidate has no value for a free parameter.
+    pub fn complete<R: Copy>(
+        &self,
+        candidate: &[R],
+        constant: impl FnMut(f64) -> R,
+    ) -> Complete<R> {
+        Complete::with(&self.parameters, candidate, constant)
     }
 
     /// The same problem with `refine` times as many integration steps.

@@ -5,7 +5,7 @@ use crate::evaluate::problem::{Data, Problem, Sample, Series};
 use crate::evaluate::simulation::simulate::outputs;
 use crate::model::effects::entry;
 use crate::model::valve::ValveForm;
-use crate::model::{Input, Output, ServoValve, Structure};
+use crate::model::{Complete, Input, Output, ServoValve, Structure};
 
 /// The actuator alone, on `samples` rows at 1 kHz.
 pub fn actuator(samples: usize) -> Problem {
@@ -53,7 +53,7 @@ fn planted(structure: Structure, samples: usize) -> Problem {
         samples: (0..samples).map(sample).collect(),
     };
     series.set_steps(structure.fastest_rate(&parameters), 1);
-    let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let values = Complete::nominal(&parameters);
     let targets = outputs(&structure, &values, &series);
     for (sample, target) in series.samples.iter_mut().zip(targets) {
         for &output in &structure.observed {

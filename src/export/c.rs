@@ -8,7 +8,7 @@ use crate::model::exact_step::{MOST_PARTS, STEPS_OF_AN_EXACT_STEP, Stride};
 use crate::model::integrate::STEP_FRACTION;
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, C, Trace};
-use crate::model::{Hold, Output};
+use crate::model::{Complete, Hold, Output};
 use std::fmt::{Display, Write};
 
 /// From one communication point to the next: the twin of `evaluate::simulate`.
@@ -43,8 +43,8 @@ pub fn physics(model: &Model) -> Source {
     let exact_steps = structure.has_exact_steps();
     let read = |trace: &Trace| {
         let value = |i| trace.read(format!("parameters[{i}]"));
-        let values: Vec<Traced> = (0..model.parameters.len()).map(value).collect();
-        for (parameter, value) in model.parameters.iter().zip(&values) {
+        let values: Complete<Traced> = (0..model.parameters.len()).map(value).collect();
+        for (parameter, value) in model.parameters.iter().zip(values.as_slice()) {
             trace.name(*value, &parameter.name);
         }
         values
@@ -139,7 +139,7 @@ fn variables(model: &Model, inputs: &[super::Input]) -> String {
         inputs.len(),
         settings.len(),
         outputs.len(),
-        list(&mut start.chain(settings.iter().map(|p| p.start))),
+        list(&mut start.chain(settings.iter().map(|p| p.nominal()))),
         list(&mut settings.iter().map(|p| p.low)),
         list(&mut settings.iter().map(|p| p.high)),
     );

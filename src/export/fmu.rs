@@ -208,9 +208,9 @@ fn description(model: &Model, source: &Source, guid: &str) -> String {
             true => format!(" min=\"{:?}\" max=\"{:?}\"", parameter.low, parameter.high),
             false => String::new(),
         };
-        let values = format!(" start=\"{:?}\"{bounds}", parameter.start);
+        let values = format!(" start=\"{:?}\"{bounds}", parameter.nominal());
         let attributes = "causality=\"parameter\" variability=\"fixed\" initial=\"exact\"";
-        let what = match parameter.fixed {
+        let what = match parameter.is_fixed() {
             true => "was not fitted",
             false => "fitted",
         };

@@ -50,7 +50,7 @@ fn blocks(model: &Model) -> String {
 /// The value of a parameter.
 fn value(model: &Model, name: &str) -> f64 {
     let found = model.parameters.iter().find(|p| p.name == name);
-    found.map_or(0.0, |parameter| parameter.start)
+    found.map_or(0.0, |parameter| parameter.nominal())
 }
 
 /// `names` is what the parameter is called in newer and, behind a blank, in older releases.
@@ -235,10 +235,8 @@ fn missing(model: &Model) -> String {
         let mut item = format!("{effect}: {}\n%   {}", entry.summary, entry.equation);
         let count = base.with(*effect).parameters().len() - base.parameters().len();
         for parameter in &model.parameters[next..next + count] {
-            let Parameter {
-                name, start, unit, ..
-            } = parameter;
-            let _ = write!(item, "\n%   {name} = {start:?} {unit}");
+            let Parameter { name, unit, .. } = parameter;
+            let _ = write!(item, "\n%   {name} = {:?} {unit}", parameter.nominal());
         }
         next += count;
         list.push(item);

@@ -1,6 +1,6 @@
 //! Parameters are declared where their values are used.
 
-use super::Parameter;
+use super::{Complete, Parameter};
 
 /// Where the equations of a base model get the values of their parameters from.
 pub trait Declare<R> {
@@ -8,16 +8,16 @@ pub trait Declare<R> {
     fn parameter(&mut self, declare: &dyn Fn() -> Parameter) -> R;
 }
 
-/// Lists the parameters that equations declare, each with its start value.
+/// Lists the parameters that equations declare, each with its nominal value.
 #[derive(Debug, Default)]
 pub(super) struct Listing(pub(super) Vec<Parameter>);
 
 impl Declare<f64> for Listing {
     fn parameter(&mut self, declare: &dyn Fn() -> Parameter) -> f64 {
         let parameter = declare();
-        let start = parameter.start;
+        let value = parameter.nominal();
         self.0.push(parameter);
-        start
+        value
     }
 }
 
@@ -26,9 +26,9 @@ impl Declare<f64> for Listing {
 pub struct Given<'a, R>(std::slice::Iter<'a, R>);
 
 impl<'a, R> Given<'a, R> {
-    /// These values.
-    pub fn new(values: &'a [R]) -> Self {
-        Self(values.iter())
+    /// These values, from the first on.
+    pub fn new(values: &'a Complete<R>) -> Self {
+        Self(values.as_slice().iter())
     }
 }
 

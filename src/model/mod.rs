@@ -2,6 +2,7 @@
 
 pub mod actuator;
 pub mod base;
+mod complete;
 pub mod declare;
 pub mod effects;
 #[doc(hidden)]
@@ -22,11 +23,12 @@ pub mod valve;
 
 pub use base::ServoValve;
 pub use base::servo_valve::{Drive, Piston};
+pub use complete::Complete;
 pub use fluid::Fluid;
 pub use free_form::{FreeForm, Signal};
 pub use input::Input;
 pub use output::{Output, Outputs};
-pub use parameter::{Pace, Parameter, Scale};
+pub use parameter::{Pace, Parameter, Role, Scale};
 pub use plant::{Alone, BarePlant, Dynamics, Plant, View, Whole};
 pub use ports::Ports;
 pub use real::{Real, Valued};

@@ -24,7 +24,22 @@ pub enum Pace {
     Frequency,
 }
 
-/// One parameter: its name, unit, bounds (inclusive) and start value, all in `unit`.
+/// Where a parameter has its value from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Role {
+    /// A fit finds it; nothing is known before but a guess.
+    Free {
+        /// Value to start from.
+        start: f64,
+    },
+    /// It is known, and not searched.
+    Fixed {
+        /// The known value.
+        value: f64,
+    },
+}
+
+/// One parameter: its name, unit, bounds (inclusive) and role, all in `unit`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     /// Name as in the model file and the report, such as `gain`.
@@ -35,12 +50,10 @@ pub struct Parameter {
     pub low: f64,
     /// Upper bound.
     pub high: f64,
-    /// Value to start from, or to keep where the parameter is fixed.
-    pub start: f64,
+    /// Whether a fit finds its value, and what is known before.
+    pub role: Role,
     /// How its range is measured.
     pub scale: Scale,
-    /// Fixed parameters keep `start` and are not searched.
-    pub fixed: bool,
     /// How integration steps have to follow it, if they have to.
     pub pace: Option<Pace>,
 }
@@ -53,9 +66,8 @@ impl Parameter {
             unit: unit.into(),
             low,
             high,
-            start,
+            role: Role::Free { start },
             scale: Scale::Linear,
-            fixed: false,
             pace: None,
         }
     }
@@ -68,12 +80,39 @@ impl Parameter {
         }
     }
 
-    /// The same parameter, kept at its start value.
-    pub fn fixed(self) -> Self {
-        Self {
-            fixed: true,
-            ..self
+    /// Whether its value is known and not searched.
+    pub fn is_fixed(&self) -> bool {
+        matches!(self.role, Role::Fixed { .. })
+    }
+
+    /// The value before any fit: the start of a free parameter, the value of a fixed one.
+    pub fn nominal(&self) -> f64 {
+        match self.role {
+            Role::Free { start } => start,
+            Role::Fixed { value } => value,
         }
+    }
+
+    /// Gives it another value before any fit; whether it is fixed stays.
+    pub fn set_nominal(&mut self, nominal: f64) {
+        match &mut self.role {
+            Role::Free { start: value } | Role::Fixed { value } => *value = nominal,
+        }
+    }
+
+    /// Fixes it at its nominal value, or frees it to start from there.
+    pub fn set_fixed(&mut self, fixed: bool) {
+        let value = self.nominal();
+        self.role = match fixed {
+            true => Role::Fixed { value },
+            false => Role::Free { start: value },
+        };
+    }
+
+    /// The same parameter, kept at its nominal value.
+    pub fn fixed(mut self) -> Self {
+        self.set_fixed(true);
+        self
     }
 
     /// The same parameter, to be followed by integration steps.

@@ -7,7 +7,7 @@ use super::declare::Given;
 use super::effects::{Act, Port};
 use super::free_form::Signal;
 use super::ports::{Attached, Bare};
-use super::{Initial, Input, Output, Outputs, Real, Structure};
+use super::{Complete, Initial, Input, Output, Outputs, Real, Structure};
 
 /// What a time loop moves. Every `input` has the command that acts, but for [`Dynamics::initial`] and
 /// [`Dynamics::command`].
@@ -73,11 +73,11 @@ pub trait View {
     type Plant<R: Real>: Dynamics<R>;
 
     /// The plant of `structure`, with values in the order of [`Structure::parameters`].
-    fn new<R: Real>(structure: &Structure, values: &[R]) -> Self::Plant<R>;
+    fn new<R: Real>(structure: &Structure, values: &Complete<R>) -> Self::Plant<R>;
 
     /// The same by a function of its own: it has the declarations of all parameters, and every time loop begins with it.
     #[inline(always)]
-    fn plant<R: Real>(structure: &Structure, values: &[R]) -> Self::Plant<R> {
+    fn plant<R: Real>(structure: &Structure, values: &Complete<R>) -> Self::Plant<R> {
         R::outlined(
             #[inline(always)]
             || Self::new(structure, values),
@@ -93,7 +93,7 @@ impl View for Whole {
     type Plant<R: Real> = Plant<R>;
 
     #[inline(always)]
-    fn new<R: Real>(structure: &Structure, values: &[R]) -> Plant<R> {
+    fn new<R: Real>(structure: &Structure, values: &Complete<R>) -> Plant<R> {
         Plant::new(structure, values)
     }
 }
@@ -106,7 +106,7 @@ impl View for Alone {
     type Plant<R: Real> = BarePlant<R>;
 
     #[inline(always)]
-    fn new<R: Real>(structure: &Structure, values: &[R]) -> BarePlant<R> {
+    fn new<R: Real>(structure: &Structure, values: &Complete<R>) -> BarePlant<R> {
         let base = structure
             .servo_valve()
             .expect("a servo valve was asked for");
@@ -132,7 +132,7 @@ pub struct Plant<R> {
 impl<R: Real> Plant<R> {
     /// The plant of `structure`, with values in the order of [`Structure::parameters`].
     #[inline(always)]
-    pub fn new(structure: &Structure, values: &[R]) -> Self {
+    pub fn new(structure: &Structure, values: &Complete<R>) -> Self {
         let mut given = Given::new(values);
         let base = BaseEquations::new(structure, &mut given);
         let states = structure.base_states().len();

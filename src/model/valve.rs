@@ -393,6 +393,7 @@ impl<R: Real> Valve<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Complete;
     use crate::model::declare::Given;
 
     const RATED: Pressures<f64> = Pressures {
@@ -409,9 +410,9 @@ mod tests {
                 .iter_mut()
                 .find(|p| p.name == *name)
                 .expect("a parameter of the form")
-                .start = *value;
+                .set_nominal(*value);
         }
-        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&parameters);
         Valve::new(form, &mut Given::new(&values))
     }
 

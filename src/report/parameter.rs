@@ -60,8 +60,9 @@ impl ParameterReport {
         let mut free = 0;
         let one = |parameter: &Parameter| {
             let mut flat = false;
-            let (value, low, high, at_bound) = if parameter.fixed {
-                (parameter.start, parameter.start, parameter.start, false)
+            let (value, low, high, at_bound) = if parameter.is_fixed() {
+                let value = parameter.nominal();
+                (value, value, value, false)
             } else {
                 free += 1;
                 let value = fit.values()[free - 1];
@@ -92,7 +93,7 @@ impl ParameterReport {
                 high,
                 at_bound,
                 before: Some(value),
-                fixed: parameter.fixed,
+                fixed: parameter.is_fixed(),
                 moved: false,
                 flat,
             }

@@ -355,7 +355,7 @@ impl Base {
                 parameter.low = parameter.low.max(value / NEAR);
                 parameter.high = parameter.high.min(value * NEAR);
             }
-            parameter.start = parameter.clamp(value);
+            parameter.set_nominal(parameter.clamp(value));
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Sample, Series, Stream, Tone};
 use crate::evaluate::reference;
 use crate::model::valve::{Meter, ValveForm};
-use crate::model::{Initial, Input, Output, Outputs, Parameter, Structure};
+use crate::model::{Complete, Initial, Input, Output, Outputs, Parameter, Structure};
 use crate::record::{FlowCurve, ResponseCurve, ResponsePoint, StepCurve, cases};
 
 /// Full scale of the command where a datasheet speaks in per cent: that of the paper's method, 10 V.
@@ -92,8 +92,8 @@ impl Sheet {
         for (i, (area, &opening)) in areas.zip(&openings).enumerate() {
             area.low = if both_sides { -2.0 * widest } else { 0.0 };
             area.high = 2.0 * widest;
-            area.fixed = closed && i == 0;
-            area.start = area.clamp(direction * widest * opening / 100.0);
+            area.set_fixed(closed && i == 0);
+            area.set_nominal(area.clamp(direction * widest * opening / 100.0));
         }
         let samples = (0..=last)
             .map(|k| Sample {
@@ -299,9 +299,9 @@ fn flow_of_unit_area(structure: &Structure, parameters: &[Parameter]) -> f64 {
     let value = |(i, p): (usize, &Parameter)| match (areas(p), Some(i) == last) {
         (true, true) => 1.0,
         (true, false) => 0.0,
-        (false, _) => p.start,
+        (false, _) => p.nominal(),
     };
-    let values: Vec<f64> = parameters.iter().enumerate().map(value).collect();
+    let values: Complete<f64> = parameters.iter().enumerate().map(value).collect();
     let sample = Sample {
         input: Input {
             command: 100.0,
@@ -322,7 +322,7 @@ fn set(parameters: &mut [Parameter], name: &str, start: f64) {
         .iter_mut()
         .find(|p| p.name == name)
         .expect("a parameter of the sheet");
-    parameter.start = parameter.clamp(start);
+    parameter.set_nominal(parameter.clamp(start));
 }
 
 /// A published valve.
@@ -392,7 +392,9 @@ fn d675_flow() -> Sheet {
         .parameters
         .iter_mut()
         .find(|p| p.name == "leakage_area");
-    leakage.expect("a valve has a leakage area").fixed = false;
+    leakage
+        .expect("a valve has a leakage area")
+        .set_fixed(false);
     sheet.notes.push(
         "The paper fits 21 parameters and names 20 areas. The 21st is taken to be the leakage area: the only other \
          quantity of the valve block that shapes this curve and is not, like the discharge coefficient or an offset \
@@ -426,7 +428,8 @@ fn d675_response(full_scale: f64, stream: Stream) -> Sheet {
             )
         })
         .collect();
-    let phases = reference::responses(&structure, &cases::D675_ACTUATOR, &tones);
+    let actuator = Complete::from_iter(cases::D675_ACTUATOR);
+    let phases = reference::responses(&structure, &actuator, &tones);
     let points = D675_FREQUENCIES
         .iter()
         .zip(phases)

@@ -360,6 +360,7 @@ fn inflation(problem: &Problem, free: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::evaluate::problem::{Sample, Series};
+    use crate::model::Complete;
     use crate::model::{Input, Structure};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
@@ -386,7 +387,7 @@ mod tests {
             samples,
         };
         series.set_steps(structure.fastest_rate(&parameters), 1);
-        let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&parameters);
         let outputs = reference::trajectories(&structure, &values, std::slice::from_ref(&series));
         for (rho, size, expected) in [(0.0, 0.1, 1.0), (0.8, 0.1, 9.0), (0.8, 1e-4, 9.0)] {
             let mut rng = ChaCha8Rng::seed_from_u64(1);

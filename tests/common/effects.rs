@@ -73,7 +73,7 @@ pub(crate) fn absent(structure: &Structure, scale: &Scale) -> Vec<Parameter> {
         let name = parameter.name.as_str();
         let value = BASE.iter().find(|(known, _)| *known == name);
         if let Some((_, value)) = value {
-            parameter.start = *value;
+            parameter.set_nominal(*value);
         }
     }
     parameters
@@ -82,11 +82,13 @@ pub(crate) fn absent(structure: &Structure, scale: &Scale) -> Vec<Parameter> {
 /// Sets the free parameters of `effect` among `parameters` to `trial`.
 pub(crate) fn plant(parameters: &mut [Parameter], effect: Effect, scale: &Scale, trial: &Trial) {
     let own = effect.parameters(scale);
-    let free = own.iter().filter(|p| !p.fixed);
+    let free = own.iter().filter(|p| !p.is_fixed());
     assert_eq!(free.clone().count(), trial.len(), "{effect}");
     for (own, value) in free.zip(trial) {
         let parameter = parameters.iter_mut().find(|p| p.name == own.name);
-        parameter.expect("a parameter of the effect").start = *value;
+        parameter
+            .expect("a parameter of the effect")
+            .set_nominal(*value);
     }
 }
 
@@ -120,7 +122,7 @@ pub(crate) fn planted(
     for parameter in &mut parameters {
         let known = |(name, _): &&(&str, f64)| parameter.name == *name;
         if let Some((_, value)) = AUDIBLE.iter().find(known) {
-            parameter.start = *value;
+            parameter.set_nominal(*value);
         }
     }
     problem(structure, parameters, records)

@@ -11,7 +11,8 @@ use servobee::evaluate::{Population, Problem};
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
 use servobee::model::{
-    Hold, Initial, Input, Output, Outputs, Parameter, Piston, Plant, Scale, ServoValve, Structure,
+    Complete, Hold, Initial, Input, Output, Outputs, Parameter, Piston, Plant, Scale, ServoValve,
+    Structure,
 };
 use std::f64::consts::TAU;
 
@@ -161,10 +162,10 @@ impl Record {
 /// The parameters of `structure` with these start values; the free ones searched from 0.7 to 1.4 times the start.
 pub(crate) fn near_bounds(structure: &Structure, values: &[(&str, f64)]) -> Vec<Parameter> {
     let mut parameters = with_starts(structure, values);
-    for parameter in parameters.iter_mut().filter(|p| !p.fixed) {
+    for parameter in parameters.iter_mut().filter(|p| !p.is_fixed()) {
         let ends = match parameter.scale {
-            Scale::Log => [0.7 * parameter.start, 1.4 * parameter.start],
-            Scale::Linear => [0.0, 2.0 * parameter.start],
+            Scale::Log => [0.7 * parameter.nominal(), 1.4 * parameter.nominal()],
+            Scale::Linear => [0.0, 2.0 * parameter.nominal()],
         };
         parameter.low = ends[0].min(ends[1]);
         parameter.high = ends[0].max(ends[1]);
@@ -179,7 +180,7 @@ pub(crate) fn with_starts(structure: &Structure, values: &[(&str, f64)]) -> Vec<
         let parameter = parameters.iter_mut().find(|p| p.name == name);
         parameter
             .unwrap_or_else(|| panic!("no parameter {name}"))
-            .start = value;
+            .set_nominal(value);
     }
     parameters
 }
@@ -191,7 +192,7 @@ pub(crate) fn problem(
     records: Vec<Record>,
 ) -> Problem {
     let rate = structure.fastest_rate(&parameters);
-    let truth: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let truth = Complete::nominal(&parameters);
     let mut all = Vec::new();
     let mut squares = Outputs::all(0.0);
     for (number, record) in records.into_iter().enumerate() {
@@ -247,7 +248,7 @@ fn tones(stream: Stream, gains: bool, values: &[(&str, f64)]) -> Problem {
     let structure = Structure::actuator(10.0, "V");
     let parameters = near_bounds(&structure, values);
     let rate = structure.fastest_rate(&parameters);
-    let truth: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let truth = Complete::nominal(&parameters);
     let points = [
         (5.0, 9.0),
         (14.0, 9.0),

@@ -6,7 +6,7 @@ use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::view::{Excitation, Over, Values, View};
 use servobee::model::effects::{Effect, Scale};
 use servobee::model::valve::ValveForm;
-use servobee::model::{Output, Outputs, Parameter, ServoValve, Structure};
+use servobee::model::{Complete, Output, Outputs, Parameter, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use std::f64::consts::TAU;
 
@@ -128,7 +128,7 @@ impl Bench {
         let mut base = bench().parameters();
         for parameter in &mut base {
             let value = VALVE.iter().find(|(name, _)| *name == parameter.name);
-            parameter.start = value.map_or(parameter.start, |value| value.1);
+            parameter.set_nominal(value.map_or(parameter.nominal(), |value| value.1));
         }
         Ok(Self {
             base,
@@ -138,13 +138,13 @@ impl Bench {
     }
 
     fn without(&self) -> Vec<Outputs<f64>> {
-        let values: Vec<f64> = self.base.iter().map(|parameter| parameter.start).collect();
+        let values = Complete::nominal(&self.base);
         outputs(&bench(), &values, &self.series)
     }
 
     fn with(&self, own: &[f64]) -> Vec<Outputs<f64>> {
-        let mut values: Vec<f64> = self.base.iter().map(|parameter| parameter.start).collect();
-        values.extend(own);
+        let base = Complete::nominal(&self.base);
+        let values = base.as_slice().iter().chain(own).copied().collect();
         outputs(&self.structure, &values, &self.series)
     }
 }
@@ -160,7 +160,9 @@ pub(super) fn absent(effect: Effect) -> Result<Vec<(Parameter, Option<f64>)>> {
             None => parameter.name == name,
         };
         let mut given = given.filter(|(name, _)| bare(name));
-        given.next().map_or(parameter.start, |neutral| neutral.1)
+        given
+            .next()
+            .map_or(parameter.nominal(), |neutral| neutral.1)
     };
     let neutral: Vec<f64> = parameters.iter().map(start).collect();
     let bench = Bench::new(effect, command)?;
@@ -195,9 +197,9 @@ impl Signature {
             .parameters(&scale)
             .into_iter()
             .map(|parameter| {
-                let value = match parameter.fixed {
-                    true => parameter.start,
-                    false => free.next().unwrap_or(parameter.start),
+                let value = match parameter.is_fixed() {
+                    true => parameter.nominal(),
+                    false => free.next().unwrap_or(parameter.nominal()),
                 };
                 (parameter, value)
             })

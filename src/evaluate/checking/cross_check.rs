@@ -319,7 +319,7 @@ mod tests {
         // The same data with another structure, and the same structure on other data.
         let fixed = {
             let mut problem = problems[0].clone();
-            problem.parameters[0].fixed = true;
+            problem.parameters[0].set_fixed(true);
             problem
         };
         for problem in [&fixed, &workload::actuator(50)] {

@@ -68,7 +68,7 @@ pub fn physics(problem: &Problem) -> String {
             fixed += 1;
             trace.read(format!("constants[{}u]", fixed - 1))
         });
-        for (parameter, value) in problem.parameters.iter().zip(&values) {
+        for (parameter, value) in problem.parameters.iter().zip(values.as_slice()) {
             trace.name(*value, &parameter.name);
         }
         values

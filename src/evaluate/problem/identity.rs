@@ -11,7 +11,7 @@ pub struct ModelIdentity(String);
 impl ModelIdentity {
     /// That of `problem`'s model.
     pub fn of(problem: &Problem) -> Self {
-        let parameters = problem.parameters.iter().map(|p| (&p.name, p.fixed));
+        let parameters = problem.parameters.iter().map(|p| (&p.name, p.is_fixed()));
         // A loss is told the sizes of the noise, which the scale gives.
         let loss = problem.loss.map(|loss| (loss.name(), problem.scale));
         Self(format!(

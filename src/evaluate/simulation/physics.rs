@@ -4,7 +4,8 @@ use crate::model::exact_step::{Place, Stride};
 use crate::model::integrate::advance;
 use crate::model::real::trace::Trace;
 use crate::model::{
-    Dynamics, Hold, Input, MOST_STATES, Output, Outputs, Plant, Real, Structure, real::Traced,
+    Complete, Dynamics, Hold, Input, MOST_STATES, Output, Outputs, Plant, Real, Structure,
+    real::Traced,
 };
 
 /// What a traced function takes or returns. In the text, `plant.gain` is the field `gain` of the argument `plant`.
@@ -63,7 +64,7 @@ impl Physics {
     pub fn new(
         structure: &Structure,
         exact_steps: bool,
-        values: impl FnOnce(&Trace) -> Vec<Traced>,
+        values: impl FnOnce(&Trace) -> Complete<Traced>,
     ) -> Self {
         let mut trace = Trace::start();
         let values = values(&trace);
@@ -93,7 +94,7 @@ impl Physics {
 fn traced(
     structure: &Structure,
     exact_steps: bool,
-    values: &[Traced],
+    values: &Complete<Traced>,
     trace: &mut Trace,
 ) -> (Vec<Function>, bool) {
     let names = structure.states();

@@ -6,13 +6,13 @@ use crate::evaluate::simulation::simulate::{
     Row, Squares, outputs, response, run, series, with_states,
 };
 use crate::model::real::{Dual, PASS};
-use crate::model::{Alone, BarePlant, Output, Outputs, Real, Structure, Valued, View};
+use crate::model::{Alone, BarePlant, Complete, Output, Outputs, Real, Structure, Valued, View};
 use std::f64::consts::LN_10;
 
 /// The outputs of every row of every record, for values of all parameters.
 pub fn trajectories(
     structure: &Structure,
-    values: &[f64],
+    values: &Complete<f64>,
     records: &[Series],
 ) -> Vec<Vec<Outputs<f64>>> {
     records
@@ -22,7 +22,7 @@ pub fn trajectories(
 }
 
 /// Phase (degrees) and gain of the response to every tone, for values of all parameters.
-pub fn responses(structure: &Structure, values: &[f64], tones: &[Tone]) -> Vec<(f64, f64)> {
+pub fn responses(structure: &Structure, values: &Complete<f64>, tones: &[Tone]) -> Vec<(f64, f64)> {
     let plant = Alone::plant(structure, values);
     let wave = Wave::new(tones);
     let one = |tone: &Tone| {
@@ -175,7 +175,7 @@ fn wild(state: &[Number]) -> bool {
 #[inline(never)]
 fn pass_in_time<R, const N: usize, V: View>(
     problem: &Problem,
-    values: &[Number],
+    values: &Complete<Number>,
     record: &Series,
     row: &mut dyn FnMut(f64, &[f64; PASS]),
 ) -> bool {

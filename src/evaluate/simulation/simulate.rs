@@ -6,7 +6,9 @@ use crate::evaluate::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::evaluate::simulation::exact_step::{travel, travel_late};
 use crate::evaluate::simulation::transport_delay::TransportDelay;
 use crate::model::integrate::advance;
-use crate::model::{Dynamics, Hold, Input, Output, Outputs, Real, Structure, Valued, View};
+use crate::model::{
+    Complete, Dynamics, Hold, Input, Output, Outputs, Real, Structure, Valued, View,
+};
 
 /// A state beyond this magnitude (in its own unit) has diverged: far from any valve, and its square still a finite f32.
 pub const STATE_LIMIT: f64 = 1e9;
@@ -185,7 +187,11 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
 }
 
 /// The outputs at every row of `record`, in `f64`. `values` are those of all parameters. What has diverged is not finite.
-pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<Outputs<f64>> {
+pub fn outputs(
+    structure: &Structure,
+    values: &Complete<f64>,
+    record: &Series,
+) -> Vec<Outputs<f64>> {
     let mut rows = Vec::with_capacity(record.samples.len());
     let mut keep = |_: usize, _: &[f64], outputs: Outputs<f64>| {
         rows.push(outputs);
@@ -199,7 +205,7 @@ pub fn outputs(structure: &Structure, values: &[f64], record: &Series) -> Vec<Ou
 /// Integrates `record` for these values of all parameters.
 pub(in crate::evaluate) fn run<R: Valued, const N: usize, V: View>(
     structure: &Structure,
-    values: &[R],
+    values: &Complete<R>,
     record: &Series,
     row: Row<R>,
 ) {

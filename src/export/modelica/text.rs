@@ -26,14 +26,14 @@ pub(super) fn parameter_text(parameter: &Parameter) -> String {
         false => String::new(),
     };
     let (name, unit) = (Modelica::label(parameter.name.clone()), unit_text(unit));
-    let how = if parameter.fixed {
+    let how = if parameter.is_fixed() {
         "not fitted"
     } else {
         "fitted"
     };
     format!(
         "  parameter Real {name}(unit = \"{unit}\"{bounds}) = {:?} \"{how}\";\n",
-        parameter.start
+        parameter.nominal()
     )
 }
 

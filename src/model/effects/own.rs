@@ -93,7 +93,7 @@ pub fn register<L: Law>(entry: Entry) -> Result<&'static Entry> {
         );
     }
     let mut starts = (entry.parameters)(&scale, outputs(&entry)[0]).into_iter();
-    let mut next = || starts.next().map_or(0.0, |parameter| parameter.start);
+    let mut next = || starts.next().map_or(0.0, |parameter| parameter.nominal());
     if L::act::<f64>(&mut next).delay().is_some() {
         return refuse(
             "delays the command, which only the catalogue's delay can".into(),

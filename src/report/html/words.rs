@@ -2,7 +2,7 @@
 
 use crate::diagnose::{Added, Fitted, Identified, Verdict};
 use crate::model::effects::Effect;
-use crate::model::{Output, Parameter};
+use crate::model::{Complete, Output, Parameter};
 use crate::record::joined;
 use crate::report::{FreeFormReport, not_diagnosed, quantity, rounded, unexplained};
 
@@ -140,7 +140,12 @@ fn finding(effect: Effect, fitted: &Fitted) -> String {
 
 /// The value of an effect's parameter `name`. One of an effect on one `output` ends in that; some names say more, where the
 /// record decides which of two parameters is fitted.
-fn value_of(name: &str, output: &str, parameters: &[Parameter], values: &[f64]) -> Option<String> {
+fn value_of(
+    name: &str,
+    output: &str,
+    parameters: &[Parameter],
+    values: &Complete<f64>,
+) -> Option<String> {
     let full = match output {
         "" => name.to_owned(),
         output => format!("{name}_{output}"),
@@ -148,12 +153,12 @@ fn value_of(name: &str, output: &str, parameters: &[Parameter], values: &[f64]) 
     let find = |wanted: &dyn Fn(&Parameter) -> bool| {
         let mut matching = parameters
             .iter()
-            .zip(values)
+            .zip(values.as_slice())
             .filter(|(parameter, _)| wanted(parameter));
         matching.next().map(|(p, value)| quantity(*value, &p.unit))
     };
-    find(&|p| p.name == full && !p.fixed)
-        .or_else(|| find(&|p| p.name.starts_with(&format!("{full}_per_")) && !p.fixed))
+    find(&|p| p.name == full && !p.is_fixed())
+        .or_else(|| find(&|p| p.name.starts_with(&format!("{full}_per_")) && !p.is_fixed()))
         .or_else(|| find(&|p| p.name == full))
 }
 
@@ -214,15 +219,19 @@ mod tests {
         for entry in CATALOGUE {
             for effect in entry.on(&base) {
                 let parameters = base.with(effect).parameters();
-                let values: Vec<f64> = (1..=parameters.len()).map(|i| i as f64).collect();
+                let values: Complete<f64> = (1..=parameters.len()).map(|i| i as f64).collect();
                 let output = effect.output.map_or("", Output::name);
                 let finding = entry.finding.replace("{output}", output);
                 for name in finding.split('{').skip(1) {
                     let name = name.split('}').next().unwrap();
                     let found = value_of(name, output, &parameters, &values);
-                    let own = parameters.iter().zip(&values).filter(|(parameter, _)| {
-                        !parameter.fixed && known.iter().all(|base| base.name != parameter.name)
-                    });
+                    let own = parameters
+                        .iter()
+                        .zip(values.as_slice())
+                        .filter(|(parameter, _)| {
+                            !parameter.is_fixed()
+                                && known.iter().all(|base| base.name != parameter.name)
+                        });
                     let mut own = own.map(|(parameter, value)| quantity(*value, &parameter.unit));
                     let found = found.unwrap_or_else(|| panic!("{effect}: {name}"));
                     assert!(own.any(|own| own == found), "{effect}: {name} is {found}");
@@ -236,7 +245,13 @@ mod tests {
         let time = Parameter::linear("viscosity_drift", "1/s", -1.0, 0.0, 1.0);
         let heat = Parameter::linear("viscosity_drift_per_kelvin", "1/K", -1.0, 0.0, 1.0);
         let told = |parameters: [Parameter; 2]| {
-            value_of("viscosity_drift", "", &parameters, &[0.001, 0.002]).unwrap()
+            value_of(
+                "viscosity_drift",
+                "",
+                &parameters,
+                &Complete::from_iter([0.001, 0.002]),
+            )
+            .unwrap()
         };
         assert_eq!(told([time.clone(), heat.clone().fixed()]), "0.1 %/s");
         assert_eq!(told([time.fixed(), heat]), "0.2 %/K");

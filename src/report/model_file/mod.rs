@@ -3,7 +3,7 @@
 mod check;
 
 use crate::model::effects::Effect;
-use crate::model::{Fluid, Pace, Parameter, Scale, Structure};
+use crate::model::{Complete, Fluid, Pace, Parameter, Scale, Structure};
 use crate::record::quoted;
 use crate::{Error, Result, input};
 use serde::{Deserialize, Serialize};
@@ -162,10 +162,14 @@ impl ModelFile {
 
     /// The text of a complete model file for `structure` and its `parameters` with these `values`, all in the order of
     /// [`Structure::parameters`]. It reads back to exactly the same.
-    pub fn to_toml(structure: &Structure, parameters: &[Parameter], values: &[f64]) -> String {
+    pub fn to_toml(
+        structure: &Structure,
+        parameters: &[Parameter],
+        values: &Complete<f64>,
+    ) -> String {
         let rows = parameters
             .iter()
-            .zip(values)
+            .zip(values.as_slice())
             .map(|(parameter, &value)| Row {
                 name: &parameter.name,
                 unit: &parameter.unit,
@@ -173,7 +177,7 @@ impl ModelFile {
                 low: parameter.low,
                 high: parameter.high,
                 scale: parameter.scale,
-                fixed: parameter.fixed,
+                fixed: parameter.is_fixed(),
             });
         let model = Model {
             structure,
@@ -283,7 +287,7 @@ impl ModelFile {
             ("viscosity", fluid.get_ref().viscosity()),
         ] {
             match parameters.iter_mut().find(|p| p.name == name) {
-                Some(parameter) => parameter.start = parameter.clamp(value),
+                Some(parameter) => parameter.set_nominal(parameter.clamp(value)),
                 None => {
                     return refuse(
                         "the structure has no valve that oil flows through".into(),
@@ -326,19 +330,18 @@ impl ModelFile {
         };
         set(&mut parameter.low, &entry.low);
         set(&mut parameter.high, &entry.high);
-        set(&mut parameter.start, &entry.value);
+        if let Some(value) = &entry.value {
+            parameter.set_nominal(*value.get_ref());
+        }
         if let Some(scale) = &entry.scale {
             parameter.scale = *scale.get_ref();
         }
-        parameter.fixed = entry.fixed.unwrap_or(parameter.fixed);
+        parameter.set_fixed(entry.fixed.unwrap_or(parameter.is_fixed()));
 
         let Parameter {
-            name,
-            low,
-            high,
-            start,
-            ..
+            name, low, high, ..
         } = &*parameter;
+        let start = &parameter.nominal();
         let span = |number: &Option<Spanned<f64>>| number.as_ref().map(Spanned::span);
         let place = |number| span(number).unwrap_or(entry.name.span());
         if low >= high {

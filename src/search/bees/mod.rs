@@ -75,7 +75,7 @@ impl Bees {
     ) -> Result<Self> {
         settings.check()?;
         start.check(parameters)?;
-        let known = parameters.iter().map(|p| p.start).collect();
+        let known = parameters.iter().map(|p| p.nominal()).collect();
         Ok(Self {
             parameters: parameters.to_vec(),
             settings,

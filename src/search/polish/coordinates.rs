@@ -29,7 +29,7 @@ impl<'a> Coordinates<'a> {
             DVector::from_fn(parameters.len(), |j, _| {
                 let parameter = &parameters[j];
                 let fixed = parameter.clamp(start[j]);
-                let end = if parameter.fixed {
+                let end = if parameter.is_fixed() {
                     fixed
                 } else {
                     bound(parameter)
@@ -124,7 +124,7 @@ impl<'a> Coordinates<'a> {
     /// The bound each free parameter sits on at `position`.
     pub(super) fn at_bound(&self, position: &DVector<f64>) -> Vec<Option<Bound>> {
         let bound = |(j, parameter): (usize, &Parameter)| {
-            if parameter.fixed {
+            if parameter.is_fixed() {
                 None
             } else if position[j] <= self.low[j] {
                 Some(Bound::Low)

@@ -37,7 +37,7 @@ pub fn polish_what_counts(
         polished.values[index] = value;
         polished.at_bound[index] = bound;
         polished.flat.push(flat);
-        held[index].fixed = true;
+        held[index].set_fixed(true);
     }
     if polished.flat.is_empty() {
         return Ok(polished);
@@ -69,7 +69,7 @@ fn look_along(
     neutral: &[f64],
 ) -> Option<(Flat, f64, Option<Bound>)> {
     let here = parameter.to_unit(polished.values[index]);
-    if parameter.fixed || !here.is_finite() {
+    if parameter.is_fixed() || !here.is_finite() {
         return None;
     }
     let rows = polished.triangle.rows() as f64;
@@ -126,7 +126,7 @@ pub fn within_flats(
     let mut narrowed = parameters.to_vec();
     narrowed
         .iter_mut()
-        .for_each(|parameter| parameter.fixed = true);
+        .for_each(|parameter| parameter.set_fixed(true));
     let mut best = values.to_vec();
     let mut asked = Vec::new();
     for flat in flats {
@@ -143,7 +143,7 @@ pub fn within_flats(
         let (least, most) = (along[0].0, along[along.len() - 1].0);
         if most > least * (1.0 + RISE / rows as f64) {
             best[flat.parameter] = along[0].1;
-            narrowed[flat.parameter].fixed = false;
+            narrowed[flat.parameter].set_fixed(false);
             asked.push(*flat);
         }
     }
@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn what_the_data_do_not_ask_for_does_not_depend_on_the_start() {
         let parameters = parameters();
-        let neutral = parameters.each_ref().map(|p| p.start);
+        let neutral = parameters.each_ref().map(|p| p.nominal());
         for limit in [3.5, 5.0, 6.7, 12.0] {
             let start = [0.3, limit, 0.7];
             let mut ramp = Ramp { reach: 3.0 };
@@ -222,7 +222,7 @@ mod tests {
     #[test]
     fn what_the_data_ask_for_stays_where_the_polish_left_it() {
         let parameters = parameters();
-        let start = parameters.each_ref().map(|p| p.start);
+        let start = parameters.each_ref().map(|p| p.nominal());
         let mut ramp = Ramp { reach: 15.0 };
         let options = PolishOptions::default();
         let plain = polish(&mut ramp, &parameters, &start, &options).unwrap();

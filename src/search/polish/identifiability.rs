@@ -66,7 +66,7 @@ pub(super) fn without_effect(parameters: &[Parameter], triangle: &Triangle) -> V
             norms[j]
         }
     };
-    let free = || (0..parameters.len()).filter(|&j| !parameters[j].fixed);
+    let free = || (0..parameters.len()).filter(|&j| !parameters[j].is_fixed());
     let strongest = free().map(effect).fold(0.0, f64::max);
     let alone = |j| Unidentifiable {
         parameters: vec![j],

@@ -25,7 +25,7 @@ pub fn profile(
     options: &PolishOptions,
 ) -> Interval {
     let mut held = parameters.to_vec();
-    held[index].fixed = true;
+    held[index].set_fixed(true);
     let mut ray = Ray {
         problem,
         held,

@@ -34,7 +34,7 @@ pub fn spread(
             .any(|group| group.parameters.contains(&j))
     };
     let interior: Vec<usize> = (0..parameters.len())
-        .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none() && !silent(j))
+        .filter(|&j| !parameters[j].is_fixed() && polished.at_bound[j].is_none() && !silent(j))
         .collect();
     let options = UncertaintyOptions::default();
     let directions = Directions::new(&polished.triangle, &interior, options.singular_ratio);
@@ -58,7 +58,7 @@ pub fn spread(
         }
     });
     let alone = (0..parameters.len())
-        .filter(|j| !parameters[*j].fixed && !directions.parameters.contains(j))
+        .filter(|j| !parameters[*j].is_fixed() && !directions.parameters.contains(j))
         .map(|j| {
             let interval = &uncertainty.intervals[j];
             let end = |end: f64| {

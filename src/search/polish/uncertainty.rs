@@ -68,7 +68,7 @@ impl Uncertainty {
                 .any(|group| group.parameters.contains(&j))
         };
         let interior: Vec<usize> = (0..parameters.len())
-            .filter(|&j| !parameters[j].fixed && polished.at_bound[j].is_none() && !silent(j))
+            .filter(|&j| !parameters[j].is_fixed() && polished.at_bound[j].is_none() && !silent(j))
             .collect();
         let directions = Directions::new(triangle, &interior, options.singular_ratio);
 
@@ -95,7 +95,7 @@ impl Uncertainty {
         let coordinate_errors: Vec<Option<f64>> = (0..parameters.len()).map(error_of).collect();
 
         let interval = |(j, parameter): (usize, &Parameter)| match coordinate_errors[j] {
-            _ if parameter.fixed => Interval {
+            _ if parameter.is_fixed() => Interval {
                 low: polished.values[j],
                 high: polished.values[j],
                 open_low: false,

@@ -5,7 +5,7 @@
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{scale_of, simulate};
 use servobee::export::{Model, c, modelica, simscape};
-use servobee::model::{Output, Structure};
+use servobee::model::{Complete, Output, Structure};
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
 use servobee::{Error, Result};
@@ -30,9 +30,9 @@ libfuzzer_sys::fuzz_target!(|text: &str| {
     let Some(parameters) = located(PATH, file.parameters(structure.parameters())) else {
         return;
     };
-    let values: Vec<f64> = parameters.iter().map(|p| p.start).collect();
+    let values = Complete::nominal(&parameters);
     for parameter in &parameters {
-        let inside = (parameter.low..=parameter.high).contains(&parameter.start);
+        let inside = (parameter.low..=parameter.high).contains(&parameter.nominal());
         assert!(inside && parameter.low < parameter.high, "{parameter:?}");
         assert!(
             parameter.low.is_finite() && parameter.high.is_finite(),

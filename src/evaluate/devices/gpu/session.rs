@@ -186,8 +186,8 @@ impl Session {
                 .map(move |i| population.candidate(i)[j])
         };
         let candidates = self.append(values, parameters.flat_map(of_all));
-        let fixed = problem.parameters.iter().filter(|p| p.fixed);
-        let constants = self.append(values, fixed.map(|p| p.start));
+        let fixed = problem.parameters.iter().filter(|p| p.is_fixed());
+        let constants = self.append(values, fixed.map(|p| p.nominal()));
         timings.upload += start.elapsed().as_secs_f64();
 
         let written = Written::of(problem);

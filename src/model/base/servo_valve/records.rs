@@ -126,7 +126,12 @@ fn one_unit<'a>(first: &'a Record, rest: &[Record], channel: Channel) -> Result<
 /// A parameter about which the records say nothing keeps its generic bounds.
 pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Parameter> {
     let mut parameters = structure.parameters_at(&scale_of(structure, records));
-    let start = |name: &str| parameters.iter().find(|p| p.name == name).map(|p| p.start);
+    let start = |name: &str| {
+        parameters
+            .iter()
+            .find(|p| p.name == name)
+            .map(|p| p.nominal())
+    };
     let fastest = (sampling_interval(records) / 4.0).max(FASTEST);
     let slowest = records.iter().map(length).fold(10.0 * fastest, f64::max);
     let speed = records.iter().map(largest_speed).fold(0.0, f64::max);
@@ -157,7 +162,7 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
             SPOOL_GAIN => around(parameter, ratio),
             MAX_AREA => around(parameter, area),
             PISTON_AREA if measured.is_some() => around(parameter, flow * PISTON_SPEED / speed),
-            PISTON_AREA => parameter.fixed = true,
+            PISTON_AREA => parameter.set_fixed(true),
             _ => {}
         }
     }
@@ -175,7 +180,7 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
             let parameter = parameters.iter_mut().find(|p| p.name == name);
             let parameter = parameter.expect("an area at each opening");
             (parameter.low, parameter.high) = (least * 3.0 * area, 3.0 * area);
-            parameter.start = area * (opening / 100.0).clamp(least, 1.0);
+            parameter.set_nominal(area * (opening / 100.0).clamp(least, 1.0));
         }
     }
     parameters
@@ -204,7 +209,7 @@ pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
             .is_some_and(|valve| valve.drop != Drop::Rated),
         rated_drop: rated
             .filter(|p| p.name == RATED_DROP)
-            .map(|p| p.start)
+            .map(|p| p.nominal())
             .next()
             .unwrap_or(10.0),
         speed: 20.0 * structure.full_scale,
@@ -215,15 +220,15 @@ pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
 /// Sets the bounds, and the start value to their middle unless it is well inside them.
 fn bound(parameter: &mut Parameter, low: f64, high: f64) {
     (parameter.low, parameter.high) = (low, high);
-    if !(0.1..0.9).contains(&parameter.to_unit(parameter.start)) {
-        parameter.start = parameter.from_unit(0.5);
+    if !(0.1..0.9).contains(&parameter.to_unit(parameter.nominal())) {
+        parameter.set_nominal(parameter.from_unit(0.5));
     }
 }
 
 /// Starts a logarithmic parameter at `value`, with bounds around it, unless the data gave no such value.
 fn around(parameter: &mut Parameter, value: f64) {
     if value.is_normal() {
-        parameter.start = value;
+        parameter.set_nominal(value);
         bound(parameter, value / AROUND, value * AROUND);
     }
 }
@@ -425,9 +430,12 @@ mod tests {
         let structure = structure_for(&records).unwrap();
         let parameters = parameters_for(&structure, &records);
         for p in &parameters {
-            assert!(p.low < p.high && p.clamp(p.start) == p.start, "{p:?}");
+            assert!(
+                p.low < p.high && p.clamp(p.nominal()) == p.nominal(),
+                "{p:?}"
+            );
         }
-        let start = |name| named(&parameters, name).start;
+        let start = |name| named(&parameters, name).nominal();
         let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < 0.01;
         assert!(near(named(&parameters, "time_constant").low, 2.5e-4));
         assert!(near(start("spool_gain"), 5.0));
@@ -444,11 +452,11 @@ mod tests {
         use Channel::*;
         let records = [record(&[(Command, "V", 10.0), (Flow, "L/min", 60.0)])];
         let mut structure = structure_for(&records).unwrap();
-        let area = named(&parameters_for(&structure, &records), "max_area").start;
+        let area = named(&parameters_for(&structure, &records), "max_area").nominal();
         structure.base = ServoValve::with(ValveForm::table(&[0.0, 20.0, 50.0, 100.0])).into();
         let parameters = parameters_for(&structure, &records);
-        assert_eq!(named(&parameters, "area_1").start, 0.0);
-        assert_eq!(named(&parameters, "area_3").start, 0.5 * area);
+        assert_eq!(named(&parameters, "area_1").nominal(), 0.0);
+        assert_eq!(named(&parameters, "area_3").nominal(), 0.5 * area);
         assert_eq!(named(&parameters, "area_4").high, 3.0 * area);
     }
 
@@ -459,11 +467,11 @@ mod tests {
         let structure = structure_for(&records).unwrap();
         let parameters = parameters_for(&structure, &records);
         let piston = named(&parameters, "piston_area");
-        assert!(piston.fixed);
-        let flow = piston.start * 25.0 * TAU / PISTON_SPEED;
+        assert!(piston.is_fixed());
+        let flow = piston.nominal() * 25.0 * TAU / PISTON_SPEED;
         let unit_flow = 0.7 * 1e-4 * (2.0 / 850.0 * 5e5f64).sqrt() * 6e4;
         let area = named(&parameters, "max_area");
-        assert!(!area.fixed && (area.start / (flow / unit_flow) - 1.0).abs() < 0.01);
+        assert!(!area.is_fixed() && (area.nominal() / (flow / unit_flow) - 1.0).abs() < 0.01);
     }
 
     #[test]
@@ -473,6 +481,6 @@ mod tests {
         let structure = structure_for(&records).unwrap();
         let parameters = parameters_for(&structure, &records);
         let gain = named(&parameters, "spool_gain");
-        assert!((gain.start + 5.0).abs() < 0.05 && gain.low < 0.0 && gain.high > 0.0);
+        assert!((gain.nominal() + 5.0).abs() < 0.05 && gain.low < 0.0 && gain.high > 0.0);
     }
 }

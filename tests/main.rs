@@ -19,6 +19,7 @@ mod gpu;
 mod html;
 mod identify;
 mod inspect;
+mod loggers;
 mod mat;
 mod model_file;
 mod numbers;

@@ -1,8 +1,10 @@
 //! Renaming the columns of somebody else's file.
 
 use super::channel::Channel;
+use super::conversion::{self, Conversion};
 use super::label::{Label, visible};
 use super::table::Table;
+use super::text::quoted;
 use super::unit::{Quantity, Unit};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -31,6 +33,33 @@ impl Target {
             Self::Channel(channel) => channel.quantity(),
         }
     }
+
+    /// The unit spelt `text` of a column that is called `column`.
+    ///
+    /// # Errors
+    /// As [`Quantity::unit`]; what is no known unit can be made one by a factor.
+    pub(super) fn unit(
+        self,
+        text: Option<&str>,
+        place: impl Display,
+        column: &str,
+    ) -> Result<&'static Unit> {
+        let quantity = self.quantity();
+        quantity.unit(text, place).map_err(|error| match (error, text) {
+            (Error::Input { place, problem, remedy }, Some(text)) => {
+                let usual = quantity.usual().kept();
+                let unit = quoted(text);
+                Error::input(
+                    place,
+                    problem,
+                    format!(
+                        "{remedy}, or let FACTOR say how many {usual} one {unit} is: --map \"{column}={self} [{usual}] *FACTOR\""
+                    ),
+                )
+            }
+            (error, _) => error,
+        })
+    }
 }
 
 impl Display for Target {
@@ -43,18 +72,28 @@ impl Display for Target {
 }
 
 /// `x_cmd_mm=command [mm]`: the column `x_cmd_mm` of a file is the channel `command` in mm.
+///
+/// A scale and an offset may follow: with `i=command [%] *12.5 -150` what the column `i` holds, times 12.5, less 150, is the
+/// command in %.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mapping {
     pub(super) column: String,
     pub(super) target: Target,
-    pub(super) unit: &'static Unit,
+    pub(super) conversion: Conversion,
+}
+
+impl Display for Mapping {
+    /// As it is read.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={} {}", self.column, self.target, self.conversion)
+    }
 }
 
 impl FromStr for Mapping {
     type Err = Error;
 
     /// # Errors
-    /// No `=`, nothing before it, or no known channel and unit behind it.
+    /// No `=`, nothing before it, no known channel and unit behind it, or behind these no scale and offset that are finite.
     fn from_str(text: &str) -> Result<Self> {
         let place = format!("--map {text:?}");
         let wrong = |problem: String| {
@@ -71,6 +110,7 @@ impl FromStr for Mapping {
         if column.is_empty() {
             return Err(wrong("names no column before \"=\"".into()));
         }
+        let (label, rest) = conversion::split(label);
         let label = Label::parse(label);
         let target = Target::named(&label.name).ok_or_else(|| {
             wrong(format!(
@@ -79,18 +119,23 @@ impl FromStr for Mapping {
                 Channel::ALL.map(Channel::name).join(", ")
             ))
         })?;
+        let column = visible(column);
+        let unit = target.unit(label.unit.as_deref(), &place, &column)?;
         Ok(Self {
-            column: visible(column),
+            conversion: Conversion::parse(unit, rest, &place)?,
+            column,
             target,
-            unit: target.quantity().unit(label.unit.as_deref(), &place)?,
         })
     }
 }
 
+/// Index of the column that each target is taken from, and how.
+pub(super) type Taken = BTreeMap<Target, (usize, Conversion)>;
+
 /// Which columns of a table a record takes, and which it leaves.
 pub(super) struct Sources {
-    /// Index and unit of the column behind each target.
-    pub(super) taken: BTreeMap<Target, (usize, &'static Unit)>,
+    /// The column behind each target.
+    pub(super) taken: Taken,
     /// The names of columns that are no channel.
     pub(super) ignored: Vec<String>,
     pub(super) warnings: Vec<String>,
@@ -104,19 +149,20 @@ impl Sources {
     /// # Errors
     /// Two columns for a target; an unknown unit; no column for a mapping, and none that has its target's name.
     pub(super) fn of(table: &Table, mappings: &[Mapping]) -> Result<Self> {
-        let mut taken = BTreeMap::<Target, (usize, &'static Unit)>::new();
-        let mut take = |target: Target, index, unit| match taken.insert(target, (index, unit)) {
-            Some((other, _)) if other != index => {
-                Err(table.twice(&target.to_string(), other, index))
-            }
-            _ => Ok(()),
-        };
+        let mut taken = Taken::new();
+        let mut take =
+            |target: Target, index, conversion| match taken.insert(target, (index, conversion)) {
+                Some((other, _)) if other != index => {
+                    Err(table.twice(&target.to_string(), other, index))
+                }
+                _ => Ok(()),
+            };
         let mut mapped = Vec::new();
         let mut absent = Vec::new();
         for mapping in mappings {
             match table.called(&mapping.column)? {
                 Some(index) => {
-                    take(mapping.target, index, mapping.unit)?;
+                    take(mapping.target, index, mapping.conversion)?;
                     mapped.push((index, mapping.target));
                 }
                 None => absent.push(mapping),
@@ -130,7 +176,7 @@ impl Sources {
             }
             let target = Target::named(&label.name);
             match target.filter(|target| mapped.iter().all(|(_, other)| other != target)) {
-                Some(target) => take(target, index, table.unit(index, target.quantity())?)?,
+                Some(target) => take(target, index, table.unit_as(index, target)?.into())?,
                 None if label.text.is_empty() => {}
                 None => ignored.push(label.text.clone()),
             }

@@ -3,6 +3,7 @@
 pub mod cases;
 mod channel;
 mod column;
+mod conversion;
 mod csv;
 mod curve;
 mod file;
@@ -82,6 +83,8 @@ pub struct Record {
     pub sha256: Option<String>,
     /// Columns of the file that no channel takes.
     pub ignored: Vec<String>,
+    /// Columns that a mapping scales or shifts, each with what it is taken as.
+    pub converted: Vec<String>,
     /// What looks wrong but need not be.
     pub warnings: Vec<String>,
     /// Columns that mappings name and the file does not have.
@@ -149,7 +152,7 @@ impl Record {
     /// blank lines are skipped. MAT: vectors, columns of matrices, and structs such as those of Simulink and of
     /// `timeseries`. Two possible readings are refused, not guessed.
     ///
-    /// `mappings` say what columns of this file are; such a column takes the place of one that has the channel's name. A
+    /// `mappings` say what columns of this file are; such a column takes the place of one that has the channel's name, and may be scaled and shifted. A
     /// file need not have the column of a mapping if it has that channel otherwise, so that unlike files can be read with
     /// the same mappings. Columns that are no channel are listed in [`Record::ignored`]. A constant command or no
     /// response is accepted here; see [`Record::check_excited`] and [`Record::check_response`].
@@ -185,9 +188,14 @@ impl Record {
             absent,
         } = Sources::of(table, mappings)?;
         let mut columns = BTreeMap::<Target, Measured>::new();
-        for (target, (index, unit)) in taken {
-            let values = table.values(index, unit)?;
-            let unit = unit.kept();
+        let mut converted = Vec::new();
+        for (target, (index, conversion)) in taken {
+            let values = table.values(index, conversion)?;
+            let unit = conversion.unit.kept();
+            if conversion.changes() {
+                let column = quoted(&table.columns[index].label.text);
+                converted.push(format!("{column} is taken as {target} {conversion}"));
+            }
             columns.insert(
                 target,
                 Measured {
@@ -228,6 +236,7 @@ impl Record {
         record.warnings = time_warnings(&record.time, Some(&label.spelt));
         record.warnings.extend(warnings);
         record.absent = absent;
+        record.converted = converted;
         Ok(record)
     }
 
@@ -244,14 +253,17 @@ impl Record {
             ignored,
             warnings: time_warnings(&time, None),
             absent: Vec::new(),
+            converted: Vec::new(),
             time,
             channels,
         }
     }
 
-    /// All that a reader of the file should know, each with the file's path: its warnings, and the columns ignored.
+    /// All that a reader of the file should know, each with the file's path: its warnings, the columns that were scaled or
+    /// shifted, and those ignored.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = self.warnings.clone();
+        remarks.extend(self.converted.iter().cloned());
         if !self.ignored.is_empty() {
             let names = self.ignored.iter().map(String::as_str);
             remarks.push(format!("ignored the columns {}", text::listed(names)));

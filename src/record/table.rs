@@ -1,8 +1,10 @@
 //! Named columns, whichever kind of file they come from.
 
 use super::column::{Column, Measured, Odd};
+use super::conversion::Conversion;
 use super::format::{Dialect, Format};
 use super::label::Label;
+use super::mapping::Target;
 use super::text::{count, listed, quoted};
 use super::unit::{Quantity, Unit};
 use crate::{Error, Result};
@@ -138,18 +140,33 @@ impl Table {
         )
     }
 
-    /// The numbers of column `index`, which is in `unit`; `None` for an empty cell.
+    /// The unit that column `column` is labelled with, which is taken as `target`.
+    ///
+    /// # Errors
+    /// As [`Table::unit`].
+    pub(super) fn unit_as(&self, column: usize, target: Target) -> Result<&'static Unit> {
+        let label = &self.columns[column].label;
+        let place = self.header_place(column);
+        target.unit(label.unit.as_deref(), place, &label.spelt)
+    }
+
+    /// The numbers of column `index`, converted; `None` for an empty cell.
     ///
     /// # Errors
     /// A cell that is no finite number.
-    pub(super) fn sparse_values(&self, index: usize, unit: &Unit) -> Result<Vec<Option<f64>>> {
+    pub(super) fn sparse_values(
+        &self,
+        index: usize,
+        conversion: impl Into<Conversion>,
+    ) -> Result<Vec<Option<f64>>> {
+        let conversion = conversion.into();
         let column = &self.columns[index];
         let mut values: Vec<Option<f64>> = Vec::with_capacity(column.values.len());
         let mut odd = column.odd.iter().peekable();
         for (row, &value) in column.values.iter().enumerate() {
             let odd = odd.next_if(|(at, _)| *at == row).map(|&(_, odd)| odd);
             let written = &column.first_odd;
-            let converted = unit.convert(value);
+            let converted = conversion.convert(value);
             values.push(match odd {
                 Some(Odd::Empty) => None,
                 Some(Odd::Text) => return Err(self.not_a_number(row, index, written)),
@@ -191,14 +208,18 @@ impl Table {
         )
     }
 
-    /// The numbers of column `index`, which is in `unit`.
+    /// The numbers of column `index`, converted.
     ///
     /// # Errors
     /// A cell that is empty or no finite number.
-    pub(super) fn values(&self, index: usize, unit: &Unit) -> Result<Vec<f64>> {
+    pub(super) fn values(
+        &self,
+        index: usize,
+        conversion: impl Into<Conversion>,
+    ) -> Result<Vec<f64>> {
         let present =
             |(row, value): (usize, Option<f64>)| value.ok_or_else(|| self.empty(row, index));
-        self.sparse_values(index, unit)?
+        self.sparse_values(index, conversion)?
             .into_iter()
             .enumerate()
             .map(present)

@@ -5,14 +5,8 @@ use crate::record::Mapping;
 /// The call that fits a model to the file, to be copied into a shell.
 pub(super) fn call(path: &str, mappings: &[Mapping]) -> String {
     let mut call = format!("servobee identify {}", in_shell(path));
-    for Mapping {
-        column,
-        target,
-        unit,
-    } in mappings
-    {
-        let map = format!("{column}={target} [{}]", unit.spelling());
-        call.push_str(&format!(" --map {}", in_shell(&map)));
+    for mapping in mappings {
+        call.push_str(&format!(" --map {}", in_shell(&mapping.to_string())));
     }
     call
 }

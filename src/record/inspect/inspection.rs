@@ -67,26 +67,27 @@ pub(super) struct Signals<'a> {
 }
 
 impl Signals<'_> {
-    pub(super) fn values(&self, target: Target) -> Option<&[f64]> {
-        let (index, _) = self.targets.get(&target)?;
-        Some(&self.table.columns[*index].values)
+    /// In the unit that is kept, and NaN where a cell is odd.
+    pub(super) fn values(&self, target: Target) -> Option<Vec<f64>> {
+        let (index, conversion) = self.targets.get(&target)?;
+        let values = self.table.columns[*index].values.iter();
+        Some(values.map(|&value| conversion.convert(value)).collect())
     }
 
     pub(super) fn timing(&self) -> Option<Timing> {
-        let (_, unit) = self.targets.get(&Target::Time)?;
-        let time = self.values(Target::Time)?.iter();
-        Timing::of(&time.map(|&time| unit.convert(time)).collect::<Vec<f64>>())
+        Timing::of(&self.values(Target::Time)?)
     }
 
     pub(super) fn command_period(&self) -> Option<f64> {
-        let rows = follow::period(self.values(COMMAND)?)?;
+        let rows = follow::period(&self.values(COMMAND)?)?;
         Some(rows as f64 * self.timing()?.interval)
     }
 
     pub(super) fn follows(&self) -> BTreeMap<&'static str, Follows> {
+        let command = self.values(COMMAND);
         let follows = |channel: Channel| {
             let response = self.values(Target::Channel(channel))?;
-            let follows = follow::follows(self.values(COMMAND)?, response)?;
+            let follows = follow::follows(command.as_ref()?, &response)?;
             Some((channel.name(), follows))
         };
         Channel::RESPONSES.into_iter().filter_map(follows).collect()

@@ -16,9 +16,10 @@ pub use inspection::{Inspected, Inspection};
 pub use propose::Proposal;
 pub use timing::{Gap, Timing};
 
+use super::conversion::Conversion;
 use super::mapping::{Mapping, Target};
 use super::table::Table;
-use super::{Record, Unit, file};
+use super::{Record, file};
 use crate::Result;
 use call::call;
 use inspection::Signals;
@@ -57,15 +58,15 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
     all.extend(
         proposals
             .iter()
-            .map(|p| (p.target, (p.index, p.mapping.unit))),
+            .map(|p| (p.target, (p.index, p.mapping.conversion))),
     );
 
     let proposed = proposals.iter().map(|proposal| proposal.mapping.clone());
     let with_proposals: Vec<Mapping> = mappings.iter().cloned().chain(proposed).collect();
     let record = record(table, &with_proposals);
     let column = |index: usize| {
-        let as_text = |(target, (at, unit)): (&Target, &(usize, &Unit))| {
-            (*at == index).then(|| format!("{target} [{}]", unit.spelling()))
+        let as_text = |(target, (at, conversion)): (&Target, &(usize, Conversion))| {
+            (*at == index).then(|| format!("{target} {conversion}"))
         };
         let label = &table.columns[index].label;
         let taken_as = taken.iter().find_map(as_text);
@@ -121,7 +122,7 @@ fn taken(table: &Table, mappings: &[Mapping]) -> Targets {
     let mut taken = Targets::new();
     for mapping in mappings {
         if let Ok(Some(index)) = table.called(&mapping.column) {
-            taken.insert(mapping.target, (index, mapping.unit));
+            taken.insert(mapping.target, (index, mapping.conversion));
         }
     }
     for (index, column) in table.columns.iter().enumerate() {
@@ -129,7 +130,7 @@ fn taken(table: &Table, mappings: &[Mapping]) -> Targets {
             && let Ok(unit) = table.unit(index, target.quantity())
             && taken.values().all(|(other, _)| *other != index)
         {
-            taken.entry(target).or_insert((index, unit));
+            taken.entry(target).or_insert((index, unit.into()));
         }
     }
     taken

@@ -1,11 +1,10 @@
 //! Which column is what.
 
-use crate::record::mapping::Target;
-use crate::record::{Channel, Unit};
-use std::collections::BTreeMap;
+use crate::record::Channel;
+use crate::record::mapping::{Taken, Target};
 
 /// The command as a target.
 pub(super) const COMMAND: Target = Target::Channel(Channel::Command);
 
 /// Columns by what they are.
-pub(super) type Targets = BTreeMap<Target, (usize, &'static Unit)>;
+pub(super) type Targets = Taken;

@@ -315,7 +315,7 @@ fn a_unit_is_read_where_it_stands_and_none_is_made_up_for_another() {
         );
     }
     // 20 % more than a US gallon, or something else: it is asked, not assumed.
-    for flow in ["Flow (imp gal/min)", "Flow (counts)", "flow [l/h]"] {
+    for flow in ["Flow (imp gal/min)", "Flow (counts)", "flow [scfm]"] {
         let (_folder, path) = file("a.csv", &table(flow));
         let found = inspect(&path, &[]).unwrap();
         assert_eq!(

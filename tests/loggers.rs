@@ -2,7 +2,7 @@
 
 use crate::program::{printed, refused, servobee};
 use servobee::Result;
-use servobee::record::{Channel, Mapping, Record};
+use servobee::record::{Channel, Mapping, Quantity, Record};
 use std::fs::write;
 use tempfile::tempdir;
 
@@ -165,6 +165,37 @@ fn a_report_and_an_inspection_say_what_was_scaled() {
         &["inspect", "loop.csv", "--map", "I_soll=command [%] *0"],
     ));
     assert!(zero.contains("scale of 0"), "{zero}");
+}
+
+#[test]
+fn the_units_of_benches_are_known() {
+    for (quantity, text, value, expected) in [
+        (Quantity::Time, "usec", 5.0, 5e-6),
+        (Quantity::Time, "ns", 5.0, 5e-9),
+        (Quantity::Signal, "mV", 500.0, 0.5),
+        (Quantity::Signal, "µA", 500.0, 0.5),
+        (Quantity::Signal, "percent", 5.0, 5.0),
+        (Quantity::Flow, "ml/min", 500.0, 0.5),
+        (Quantity::Flow, "ml/s", 50.0, 3.0),
+        (Quantity::Flow, "l/h", 60.0, 1.0),
+        (Quantity::Flow, "m3/h", 6.0, 100.0),
+        (Quantity::Flow, "m³/min", 0.5, 500.0),
+        (Quantity::Flow, "cm3/min", 500.0, 0.5),
+        (Quantity::Flow, "in3/s", 1.0, 0.983_223_84),
+        // 231 cubic inches are a gallon.
+        (Quantity::Flow, "in^3/min", 231.0, 3.785_411_784),
+        (Quantity::Pressure, "hPa", 1000.0, 1.0),
+        (Quantity::Pressure, "mbar", 500.0, 0.5),
+        (Quantity::Pressure, "MPa", 7.0, 70.0),
+        (Quantity::Pressure, "psig", 1000.0, 68.947_572_931_683_6),
+        (Quantity::Pressure, "kgf/cm²", 1.0, 0.980_665),
+        (Quantity::Length, "inches", 1.0, 25.4),
+        (Quantity::Temperature, "deg F", 212.0, 100.0),
+        (Quantity::Frequency, "kHz", 0.5, 500.0),
+    ] {
+        let found = quantity.unit(Some(text), "").unwrap().convert(value);
+        assert!((found / expected - 1.0).abs() < 1e-12, "{text}: {found}");
+    }
 }
 
 #[test]

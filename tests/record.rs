@@ -369,7 +369,7 @@ fn mappings_rename_columns() {
         ),
         (
             "x=command [bar]",
-            ["\"bar\"", "[V] [mV] [mA] [A] [%] [1] [mm]"],
+            ["\"bar\"", "[V] [mV] [mA] [uA] [A] [%] [1] [mm]"],
         ),
         ("x=flow", ["no unit", "[L/min]"]),
     ] {

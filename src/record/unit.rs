@@ -89,53 +89,118 @@ impl Unit {
 }
 
 const TIME: &[Unit] = &[
-    Unit::new(&["s", "sec", "seconds"], "s", 1.0, 1.0),
-    Unit::new(&["ms", "milliseconds"], "s", 1.0, 1e3),
-    Unit::new(&["us", "\u{b5}s", "\u{3bc}s"], "s", 1.0, 1e6),
+    Unit::new(&["s", "sec", "second", "seconds"], "s", 1.0, 1.0),
+    Unit::new(&["ms", "msec", "milliseconds"], "s", 1.0, 1e3),
+    Unit::new(
+        &["us", "\u{b5}s", "\u{3bc}s", "usec", "microseconds"],
+        "s",
+        1.0,
+        1e6,
+    ),
+    Unit::new(&["ns", "nanoseconds"], "s", 1.0, 1e9),
     Unit::new(&["min", "minutes"], "s", 60.0, 1.0),
 ];
 const SIGNAL: &[Unit] = &[
     Unit::new(&["V", "volt", "volts"], "V", 1.0, 1.0),
     Unit::new(&["mV"], "V", 1.0, 1e3),
     Unit::new(&["mA"], "mA", 1.0, 1.0),
+    Unit::new(&["uA", "\u{b5}A", "\u{3bc}A"], "mA", 1.0, 1e3),
     Unit::new(&["A"], "mA", 1e3, 1.0),
-    Unit::new(&["%"], "%", 1.0, 1.0),
+    Unit::new(&["%", "percent", "pct"], "%", 1.0, 1.0),
     Unit::new(&["1", "-"], "1", 1.0, 1.0),
 ];
 const FLOW: &[Unit] = &[
-    Unit::new(&["L/min", "lpm"], "L/min", 1.0, 1.0),
-    Unit::new(&["L/s"], "L/min", 60.0, 1.0),
+    Unit::new(
+        &["L/min", "lpm", "dm3/min", "dm^3/min", "dm\u{b3}/min"],
+        "L/min",
+        1.0,
+        1.0,
+    ),
+    Unit::new(
+        &["L/s", "dm3/s", "dm^3/s", "dm\u{b3}/s"],
+        "L/min",
+        60.0,
+        1.0,
+    ),
+    Unit::new(&["L/h", "L/hr"], "L/min", 1.0, 60.0),
+    Unit::new(
+        &[
+            "mL/min",
+            "cm^3/min",
+            "cm3/min",
+            "cm\u{b3}/min",
+            "cc/min",
+            "ccm/min",
+        ],
+        "L/min",
+        1.0,
+        1e3,
+    ),
+    Unit::new(&["mL/s"], "L/min", 60.0, 1e3),
     Unit::new(&["m^3/s", "m3/s", "m³/s"], "L/min", 60_000.0, 1.0),
-    Unit::new(&["cm^3/s", "cm3/s", "cm³/s"], "L/min", 60.0, 1e3),
+    Unit::new(&["m^3/min", "m3/min", "m³/min"], "L/min", 1e3, 1.0),
+    Unit::new(&["m^3/h", "m3/h", "m³/h"], "L/min", 1e3, 60.0),
+    Unit::new(
+        &["cm^3/s", "cm3/s", "cm³/s", "cc/s", "ccm/s"],
+        "L/min",
+        60.0,
+        1e3,
+    ),
     Unit::new(
         &["gpm", "gal/min", "US gpm", "USgpm"],
         "L/min",
         3.785_411_784,
         1.0,
     ),
+    // An inch is 25.4 mm, so that its cube is 16.387064 cm3.
+    Unit::new(
+        &["in^3/s", "in3/s", "in³/s", "cis"],
+        "L/min",
+        0.983_223_84,
+        1.0,
+    ),
+    Unit::new(
+        &["in^3/min", "in3/min", "in³/min", "cim"],
+        "L/min",
+        0.016_387_064,
+        1.0,
+    ),
 ];
 const PRESSURE: &[Unit] = &[
-    Unit::new(&["bar"], "bar", 1.0, 1.0),
+    Unit::new(&["bar", "barg"], "bar", 1.0, 1.0),
     Unit::new(&["mbar"], "bar", 1.0, 1e3),
     Unit::new(&["Pa"], "bar", 1.0, 1e5),
+    Unit::new(&["hPa"], "bar", 1.0, 1e3),
     Unit::new(&["kPa"], "bar", 1.0, 100.0),
     Unit::new(&["MPa"], "bar", 10.0, 1.0),
-    Unit::new(&["psi"], "bar", 0.068_947_572_931_683_6, 1.0),
+    Unit::new(
+        &["psi", "psig", "lbf/in2"],
+        "bar",
+        0.068_947_572_931_683_6,
+        1.0,
+    ),
+    Unit::new(
+        &["kgf/cm2", "kgf/cm^2", "kgf/cm²", "kg/cm2"],
+        "bar",
+        0.980_665,
+        1.0,
+    ),
 ];
 const LENGTH: &[Unit] = &[
     Unit::new(&["mm"], "mm", 1.0, 1.0),
     Unit::new(&["m"], "mm", 1e3, 1.0),
     Unit::new(&["cm"], "mm", 10.0, 1.0),
     Unit::new(&["um", "\u{b5}m", "\u{3bc}m"], "mm", 1.0, 1e3),
-    Unit::new(&["in", "inch"], "mm", 25.4, 1.0),
+    Unit::new(&["in", "inch", "inches"], "mm", 25.4, 1.0),
 ];
 const TEMPERATURE: &[Unit] = &[
-    Unit::new(&["degC", "°C", "C"], "degC", 1.0, 1.0),
-    Unit::new(&["degF", "°F", "F"], "degC", 5.0, 9.0).offset(-32.0),
+    Unit::new(&["degC", "deg C", "°C", "C"], "degC", 1.0, 1.0),
+    Unit::new(&["degF", "deg F", "°F", "F"], "degC", 5.0, 9.0).offset(-32.0),
     Unit::new(&["K"], "degC", 1.0, 1.0).offset(-273.15),
 ];
 const FREQUENCY: &[Unit] = &[
     Unit::new(&["Hz"], "Hz", 1.0, 1.0),
+    Unit::new(&["kHz"], "Hz", 1e3, 1.0),
     Unit::new(&["rad/s"], "Hz", 1.0, std::f64::consts::TAU),
 ];
 const PHASE: &[Unit] = &[

@@ -2,9 +2,13 @@
 
 use crate::program::{printed, refused, servobee};
 use servobee::Result;
-use servobee::record::{Channel, Mapping, Quantity, Record};
+use servobee::record::inspect::Inspection;
+use servobee::record::{Channel, Mapping, Quantity, Reading, Record};
 use std::fs::write;
+use std::io::{Cursor, Write};
 use tempfile::tempdir;
+use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
 
 fn maps(texts: &[&str]) -> Vec<Mapping> {
     texts.iter().map(|text| text.parse().unwrap()).collect()
@@ -214,4 +218,683 @@ fn an_unknown_unit_is_refused_with_the_factor_to_give() {
     let map = maps(&[&remedy[7..remedy.len() - 1].replace("FACTOR", "28.4")]);
     let record = Record::parse("a.csv", &flow, &map).unwrap();
     assert_eq!(record.get(Channel::Flow).unwrap().values[0], 56.8);
+}
+
+/// `text` read as time, command and spool, which are given in a row every 1 ms if the file does not say it.
+fn read_every(interval: &str, text: &str) -> Result<Record> {
+    let reading = Reading {
+        mappings: Vec::new(),
+        sample_interval: Some(interval.parse()?),
+        ..Reading::default()
+    };
+    Record::parse_as("a.csv", text, &reading)
+}
+
+#[test]
+fn a_file_without_time_is_read_with_its_sample_interval() {
+    // An oscilloscope's export: a byte-order mark, decimal commas, and no time.
+    let text = "\u{feff}Rate;1000\nChannels;2\ncommand [V];spool [%]\n0,5;1,5\n0,6;1,6\n0,7;1,7\n";
+    assert_refused(
+        Record::parse("a.csv", text, &[]),
+        &["has no column \"time [s]\"", "--sample-interval SECONDS"],
+    );
+    let record = read_every("1ms", text).unwrap();
+    assert_eq!(record.time(), [0.0, 1e-3, 2e-3]);
+    assert_eq!(record.command().values, [0.5, 0.6, 0.7]);
+    assert!(record.remarks().is_empty(), "{:?}", record.remarks());
+
+    let timed = text
+        .replace("command [V];", "time [s];")
+        .replace("spool", "command");
+    assert_refused(
+        read_every("1e-3", &timed),
+        &[
+            "row 3, column \"time [s]\"",
+            "--sample-interval",
+            "leave out",
+        ],
+    );
+}
+
+#[test]
+fn a_sample_interval_is_an_option_wherever_records_are_read() {
+    let folder = tempdir().unwrap();
+    let mut text = String::from("command [V],spool [V]\n");
+    for (row, spool) in lagging(1500).iter().enumerate() {
+        text += &format!("{:.4},{:.4}\n", 10.0 * share(row), 10.0 * spool);
+    }
+    write(folder.path().join("a.csv"), text).unwrap();
+    let call = |words: &str| {
+        let words: Vec<&str> = words.split(' ').collect();
+        servobee(folder.path(), &words)
+    };
+    let asked = printed(&call("inspect a.csv"));
+    assert!(asked.contains("--sample-interval SECONDS"), "{asked}");
+    let inspected = printed(&call("inspect a.csv --sample-interval 1ms"));
+    assert!(
+        inspected.contains("a row every 1 ms (1000 Hz)"),
+        "{inspected}"
+    );
+    assert!(
+        inspected.contains("servobee identify a.csv --sample-interval 0.001"),
+        "{inspected}"
+    );
+    printed(&call(
+        "identify a.csv --sample-interval 0.001 --effects none --evaluator cpu --out out",
+    ));
+    let report = std::fs::read(folder.path().join("out/report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    let parameters = report["parameters"].as_array().unwrap();
+    let gain = parameters.iter().find(|one| one["name"] == "gain").unwrap();
+    let value = gain["value"].as_f64().unwrap();
+    // A lag of 20 ms.
+    assert!((value / 50.0 - 1.0).abs() < 0.1, "{gain}");
+    printed(&call(
+        "simulate out/model.toml a.csv --sample-interval 1ms --out simulated.csv",
+    ));
+    for bad in ["0", "-1e-3", "nan", "1000 Hz", "0,001"] {
+        let ran = servobee(
+            folder.path(),
+            &["inspect", "a.csv", "--sample-interval", bad],
+        );
+        assert!(refused(&ran).contains("--sample-interval"), "{bad}");
+    }
+}
+
+#[test]
+fn columns_of_comments_and_columns_of_nothing_stop_no_file() {
+    let plain = "time [s];command [V];spool [%]\n0;1;2\n0,5;2;3\n1;3;4\n";
+    let expected = Record::parse("a.csv", plain, &[]).unwrap();
+    for (what, text) in [
+        (
+            "a column without a head or a cell",
+            "time [s];;command [V];spool [%]\n0;;1;2\n0,5;;2;3\n1;;3;4\n",
+        ),
+        (
+            "three of them behind",
+            "time [s];command [V];spool [%];;;\n0;1;2;;;\n0,5;2;3;;;\n1;3;4;;;\n",
+        ),
+        (
+            "notes without a head",
+            "time [s];command [V];spool [%];\n0;1;2;los\n0,5;2;3;\n1;3;4;halt, 5 bar\n",
+        ),
+        (
+            "notes",
+            "time [s];Bemerkung;command [V];spool [%]\n0;;1;2\n0,5;los!;2;3\n1;;3;4\n",
+        ),
+        (
+            "a comment that is left out",
+            "time [s];command [V];spool [%];Comment\n0;1;2;start\n0,5;2;3\n1;3;4\n",
+        ),
+        (
+            "a sensor that never answered",
+            "time [s];command [V];spool [%];aux [V]\n0;1;2;NaN\n0,5;2;3;NaN\n1;3;4;NaN\n",
+        ),
+    ] {
+        let record = Record::parse("a.csv", text, &[]);
+        let record = record.unwrap_or_else(|error| panic!("{what}: {error}"));
+        assert_eq!(record.time(), expected.time(), "{what}");
+        assert!(record.channels().eq(expected.channels()), "{what}");
+    }
+    // A row that is short for another reason is none of these.
+    assert_refused(
+        Record::parse(
+            "a.csv",
+            "time [s];command [V];Comment\n0;1;2\n1\n2;1;2\n",
+            &[],
+        ),
+        &["row 3", "1 cell"],
+    );
+}
+
+#[test]
+fn a_measurement_of_labview_is_read() {
+    let mut text = String::from(
+        "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t,\n\
+         Multi_Headings\tNo\nX_Columns\tOne\nTime_Pref\tRelative\nOperator\tada\nDate\t2024/03/14\n\
+         Time\t10:22:31,2500000000000000000\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t3\t3\t\n\
+         Date\t2024/03/14\t2024/03/14\t\nTime\t10:22:31,25\t10:22:31,25\t\nY_Unit_Label\tVolts\tVolts\t\n\
+         X_Dimension\tTime\tTime\t\nX0\t0,0000000000000000E+0\t0,0000000000000000E+0\t\n\
+         Delta_X\t0,001000\t0,001000\t\n***End_of_Header***\t\t\t\nX_Value\tU_cmd\tU_spool\tComment\n",
+    );
+    for (row, spool) in lagging(200).iter().enumerate() {
+        let note = if row == 0 { "\tstart" } else { "" };
+        let line = format!(
+            "{:.6}\t{:.6}\t{spool:.6}{note}\n",
+            row as f64 * 1e-3,
+            share(row)
+        );
+        text += &line.replace('.', ",");
+    }
+    let maps = maps(&["X_Value=time [s]", "U_cmd=command [V]", "U_spool=spool [V]"]);
+    let record = Record::parse("a.lvm", &text, &maps).unwrap();
+    assert_eq!((record.samples(), record.time()[199]), (200, 0.199));
+    assert_eq!(record.command().values[7], (share(7) * 1e6).round() / 1e6);
+}
+
+#[test]
+fn incomplete_rows_are_refused_unless_they_may_be_skipped() {
+    let text = "time [s];command [V];spool [%];note\n0;1;2;\n1;;3;\n2;3;NaN;x\n3;4;5;\n4;5;6;\n;;7;\n6;7;8;\n";
+    assert_refused(
+        Record::parse("a.csv", text, &[]),
+        &[
+            "row 7, column \"time [s]\"",
+            "empty",
+            "--skip-incomplete-rows",
+        ],
+    );
+    let reading = Reading {
+        skip_incomplete_rows: true,
+        ..Reading::default()
+    };
+    let record = Record::parse_as("a.csv", text, &reading).unwrap();
+    assert_eq!(record.time(), [0.0, 3.0, 4.0, 6.0]);
+    assert_eq!(record.command().values, [1.0, 4.0, 5.0, 7.0]);
+    let remarks = record.remarks().join("\n");
+    assert!(
+        remarks.contains(
+            "a.csv: skipped 3 incomplete rows, the first at row 3, up to 2 one after another"
+        ),
+        "{remarks}"
+    );
+    // What is no number is repaired, not skipped, and later errors name the rows of the file.
+    assert_refused(
+        Record::parse_as("a.csv", text.replace("4;5;6", "4;5;six"), &reading),
+        &["row 6, column \"spool [%]\"", "\"six\" is not a number"],
+    );
+    assert_refused(
+        Record::parse_as("a.csv", text.replace("6;7;8", "2;7;8"), &reading),
+        &["row 8, column \"time [s]\"", "does not rise"],
+    );
+    assert_refused(
+        Record::parse_as(
+            "a.csv",
+            "time,command [V],spool [V]\n0,,\n1,,\n2,1,1\n",
+            &reading,
+        ),
+        &["has 1 row"],
+    );
+    // Rows that are skipped leave gaps where the file does not say when they were, too.
+    let untimed = Reading {
+        sample_interval: Some("0.5".parse().unwrap()),
+        ..reading
+    };
+    let text = "command [V],spool [V]\n1,2\n,3\n5,\n6,7\n";
+    let record = Record::parse_as("a.csv", text, &untimed).unwrap();
+    assert_eq!(record.time(), [0.0, 1.5]);
+}
+
+/// Rows with a stamp each, an interval of 0.5 s apart.
+fn stamped(head: &str, stamps: [&str; 4]) -> String {
+    let rows = stamps.iter().enumerate();
+    let rows = rows.map(|(row, stamp)| format!("{stamp};{row},5;{row},25\n"));
+    format!("{head};command [V];spool [V]\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn times_of_day_and_dates_are_times() {
+    let midnight = ["23:59:59.0", "23:59:59.5", "00:00:00.0", "00:00:00.5"];
+    let iso = [
+        "2024-02-29T23:59:59.000Z",
+        "2024-02-29T23:59:59.500Z",
+        "2024-03-01T00:00:00.000Z",
+        "2024-03-01T00:00:00.500Z",
+    ];
+    let german = [
+        "14.03.2024 10:22:31,250",
+        "14.03.2024 10:22:31,750",
+        "14.03.2024 10:22:32,250",
+        "14.03.2024 10:22:32,750",
+    ];
+    let american = [
+        "03/04/2024 11:59:59.250 AM",
+        "03/04/2024 11:59:59.750 AM",
+        "03/04/2024 12:00:00.250 PM",
+        "03/04/2024 12:00:00.750 PM",
+    ];
+    for (head, stamps) in [
+        ("time", midnight),
+        ("time", iso),
+        ("\u{feff}Time", german),
+        ("Time [hh:mm:ss]", american),
+        ("time [ms]", german),
+    ] {
+        let record = Record::parse("a.csv", stamped(head, stamps), &[]);
+        let record = record.unwrap_or_else(|error| panic!("{head}: {error}"));
+        assert_eq!(record.time(), [0.0, 0.5, 1.0, 1.5], "{head} {stamps:?}");
+        let remarks = record.remarks().join("\n");
+        let since = format!("is taken as time [s] since {:?}", stamps[0]);
+        assert!(remarks.contains(&since), "{remarks}");
+        assert_eq!(
+            remarks.contains("passes midnight 1 time"),
+            stamps == midnight,
+            "{remarks}"
+        );
+    }
+    // With a head of its own it is mapped, and proposed by inspect.
+    let text = stamped("Zeitstempel", german);
+    let record = Record::parse("a.csv", &text, &maps(&["Zeitstempel=time"])).unwrap();
+    assert_eq!(record.time()[3], 1.5);
+    let inspection = Inspection::parse("a.csv", &text, &[]).unwrap();
+    let proposed: Vec<&str> = inspection
+        .proposals
+        .iter()
+        .map(|p| p.map.as_str())
+        .collect();
+    assert_eq!(proposed, ["Zeitstempel=time [s]"]);
+    assert_eq!(inspection.problem_left, None);
+    // A stamp may stand beside one number alone.
+    let alone = "time;command [V]\n10:22:31,0;1\n10:22:31,5;2\n";
+    let record = Record::parse("a.csv", alone, &[]).unwrap();
+    assert_eq!(record.time(), [0.0, 0.5]);
+}
+
+#[test]
+fn times_that_do_not_tell_when_it_was_are_refused() {
+    let text = stamped(
+        "time",
+        [
+            "03/04/2024 23:59:59.0",
+            "03/04/2024 23:59:59.5",
+            "03/05/2024 00:00:00.0",
+            "03/05/2024 00:00:00.5",
+        ],
+    );
+    assert_refused(
+        Record::parse("a.csv", &text, &[]),
+        &[
+            "row 4, column \"time\"",
+            "03/05/2024",
+            "03/04/2024",
+            "2024-03-14",
+        ],
+    );
+    let four = |last| stamped("time", ["10:22:31", "10:22:32", "10:22:33", last]);
+    for (last, said) in [
+        ("10:22:32", "does not rise"),
+        ("10:22", "is no time that follows from \"10:22:31\""),
+        ("3,5", "is no time that follows from"),
+        ("2024-03-14 10:22:34", "is no time that follows from"),
+    ] {
+        let read = Record::parse("a.csv", four(last), &[]);
+        assert_refused(read, &["row 5, column \"time\"", said]);
+    }
+    // They are no signal, and no other unit.
+    let text = four("10:22:34");
+    for map in ["time=command [V]", "time=time [ms]", "time=time [s] *2"] {
+        assert_refused(
+            Record::parse("a.csv", &text, &maps(&[map])),
+            &[
+                "row 1, column \"time\"",
+                "holds times of day such as \"10:22:31\"",
+            ],
+        );
+    }
+}
+
+#[test]
+fn what_counts_without_a_unit_is_asked_about() {
+    let mut text = String::from("Tick;command [V];spool [V]\n");
+    for (row, spool) in lagging(200).iter().enumerate() {
+        text +=
+            &format!("{};{:.4};{spool:.4}\n", 5_000_000 + 2 * row, share(row)).replace('.', ",");
+    }
+    let inspection = Inspection::parse("a.csv", &text, &[]).unwrap();
+    let proposal = &inspection.proposals[0];
+    assert_eq!(proposal.map, "Tick=time [ms]");
+    assert!(proposal.reason.contains("assumed"), "{}", proposal.reason);
+    let record = Record::parse("a.csv", &text, &maps(&["Tick=time [us]"])).unwrap();
+    assert!((record.time()[1] - record.time()[0] - 2e-6).abs() < 1e-9);
+}
+
+#[test]
+fn the_files_of_two_loggers_are_one_record() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let table =
+        |head: &str, rows: std::ops::Range<usize>, late: f64, value: &dyn Fn(usize) -> f64| {
+            let line = |row: usize| {
+                format!(
+                    "{:.6};{:.6}\n",
+                    (row as f64).mul_add(1e-3, late),
+                    value(row)
+                )
+                .replace('.', ",")
+            };
+            format!("{head}\n{}", rows.map(line).collect::<String>())
+        };
+    let spool = lagging(1500);
+    let spool = |row: usize| 100.0 * spool[row];
+    let command = |row: usize| 10.0 * share(row);
+    // The second begins 20 rows later, ends 10 rows later, and its clock is 20 us off.
+    let put = |name: &str, text: String| write(path(name), text).unwrap();
+    put(
+        "command.csv",
+        table("time [s];command [V]", 0..1400, 0.0, &command),
+    );
+    put("spool.csv", table("t/s;x [%]", 20..1410, 2e-5, &spool));
+    put(
+        "coarse.csv",
+        table("t/s;x [%]", 0..700, 0.0, &spool).replace("0,001", "0,0015"),
+    );
+    put("late.csv", table("t/s;x [%]", 0..1400, 4e-4, &spool));
+    put("after.csv", table("t/s;x [%]", 0..1400, 90.0, &spool));
+    let untimed: String = (0..1400)
+        .map(|row| format!("{:.6}\n", spool(row)))
+        .collect();
+    let untimed = untimed.lines().map(|x| format!("{x},0\n"));
+    put(
+        "untimed.csv",
+        format!("x [%],aux\n{}", untimed.collect::<String>()),
+    );
+    put("short.csv", "x [%],aux\n1,2\n2,3\n".into());
+    put(
+        "a+b.csv",
+        "time,command [V],spool [V]\n0,1,2\n1,2,3\n".into(),
+    );
+
+    let reading = Reading::with(&maps(&["t=time [s]", "x=spool [%]"]));
+    let read = |name: &str| {
+        Record::read_as(
+            path(&name.replace('+', &format!("+{}/", folder.path().display()))),
+            &reading,
+        )
+    };
+    let record = read("command.csv+spool.csv").unwrap();
+    assert_eq!((record.samples(), record.time()[0]), (1380, 0.02));
+    let at = |channel, row: usize| record.get(channel).unwrap().values[row];
+    for row in [0, 700, 1379] {
+        assert!((at(Channel::Command, row) - command(row + 20)).abs() < 1e-6);
+        assert!((at(Channel::Spool, row) - spool(row + 20)).abs() < 1e-6);
+    }
+    let remarks = record.remarks().join("\n");
+    let said = "joined 1380 rows whose times agree within 1.0e-4 s, and left out 30 rows that only one of them has";
+    assert!(remarks.contains(said), "{remarks}");
+
+    let record = read("command.csv+untimed.csv").unwrap();
+    assert_eq!(record.samples(), 1400);
+    let remarks = record.remarks().join("\n");
+    assert!(remarks.contains("joined 1400 rows one by one"), "{remarks}");
+
+    assert_refused(
+        read("command.csv+late.csv"),
+        &[
+            "late.csv, row 2, column \"t/s\"",
+            "at 0.0004 s there is no row of",
+            "command.csv within 1.000e-4 s",
+            "resample",
+        ],
+    );
+    assert_refused(read("command.csv+coarse.csv"), &["no row of", "resample"]);
+    assert_refused(
+        read("command.csv+after.csv"),
+        &["after.csv", "has 0 rows in the time of"],
+    );
+    assert_refused(
+        read("command.csv+short.csv"),
+        &["short.csv", "has 2 rows where", "has 1400"],
+    );
+    assert_refused(read("command.csv+absent.csv"), &["absent.csv"]);
+    assert_refused(
+        read("command.csv+command.csv"),
+        &[
+            "command.csv, row 1, column \"command [V]\"",
+            "a second time",
+        ],
+    );
+    // A file that is called so is one file.
+    let record = Record::read(path("a+b.csv"), &[]).unwrap();
+    assert_eq!(record.samples(), 2);
+
+    let call = [
+        "inspect",
+        "command.csv+spool.csv",
+        "--map",
+        "t=time [s]",
+        "--map",
+        "x=spool [%]",
+    ];
+    let inspected = printed(&servobee(folder.path(), &call));
+    assert!(inspected.contains("Ready for identify"), "{inspected}");
+    assert!(
+        inspected.contains("servobee identify \"command.csv+spool.csv\""),
+        "{inspected}"
+    );
+}
+
+#[test]
+fn clocks_of_two_loggers_are_compared_with_their_dates() {
+    let folder = tempdir().unwrap();
+    let command = "time;command [V]\n2024-03-14 10:22:31.0;1\n2024-03-14 10:22:31.5;2\n2024-03-14 10:22:32.0;3\n";
+    let spool =
+        "time;spool [V]\n2024-03-14T10:22:31.5;2\n2024-03-14T10:22:32;3\n2024-03-14T10:22:32.5;4\n";
+    write(folder.path().join("a.csv"), command).unwrap();
+    write(folder.path().join("b.csv"), spool).unwrap();
+    write(
+        folder.path().join("c.csv"),
+        "time;spool [V]\n0,0;2\n0,5;3\n1,0;4\n",
+    )
+    .unwrap();
+    let both = |other: &str| format!("{0}/a.csv+{0}/{other}", folder.path().display());
+    let record = Record::read(both("b.csv"), &[]).unwrap();
+    assert_eq!(record.time(), [0.5, 1.0]);
+    assert_eq!(record.command().values, [2.0, 3.0]);
+    assert_eq!(record.get(Channel::Spool).unwrap().values, [2.0, 3.0]);
+    assert_refused(
+        Record::read(both("c.csv"), &[]),
+        &["c.csv, row 1, column \"time\"", "times of another kind"],
+    );
+}
+
+#[test]
+fn a_workbook_that_unpacks_to_far_more_than_it_is_is_refused() {
+    let far = ["time|command [V]|spool [V]", "0|1|2", "1|2|3"];
+    let sane = workbook(&[("A", &far)]);
+    let mut archive = zip::ZipArchive::new(Cursor::new(sane)).unwrap();
+    let rewritten = |from: &str, to: &str, archive: &mut zip::ZipArchive<Cursor<Vec<u8>>>| {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        for index in 0..archive.len() {
+            let mut part = archive.by_index(index).unwrap();
+            let mut content = String::new();
+            std::io::Read::read_to_string(&mut part, &mut content).unwrap();
+            zip.start_file(part.name().unwrap(), SimpleFileOptions::default())
+                .unwrap();
+            zip.write_all(content.replace(from, to).as_bytes()).unwrap();
+        }
+        zip.finish().unwrap().into_inner()
+    };
+    // The last cell that Excel can have, and one behind it.
+    for place in ["XFD1048576", "A1048577", "ZZZZ9"] {
+        let bytes = rewritten("r=\"C3\"", &format!("r=\"{place}\""), &mut archive);
+        assert_refused(Record::parse("a.xlsx", bytes, &[]), &["a.xlsx: "]);
+    }
+    let blanks = " ".repeat(140 << 20);
+    let bytes = rewritten("<sheetData>", &format!("<sheetData>{blanks}"), &mut archive);
+    assert!(bytes.len() < 1 << 20);
+    assert_refused(
+        Record::parse("a.xlsx", bytes, &[]),
+        &["a.xlsx: unpacks to more than 128 MiB"],
+    );
+}
+
+/// A workbook with these sheets; a cell is a number, a moment as `@serial`, an error as `#N/A`, or a text.
+fn workbook(sheets: &[(&str, &[&str])]) -> Vec<u8> {
+    let main = "xmlns=\"http://schemas.openxmlformats.org/spreadsheetml/2006/main\"";
+    let office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+    let package = "http://schemas.openxmlformats.org/package/2006";
+    let kind = "application/vnd.openxmlformats-officedocument.spreadsheetml";
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let mut put = |name: &str, content: String| {
+        zip.start_file(name, SimpleFileOptions::default()).unwrap();
+        zip.write_all(b"<?xml version=\"1.0\" encoding=\"UTF-8\"?>")
+            .unwrap();
+        zip.write_all(content.as_bytes()).unwrap();
+    };
+    let (mut types, mut list, mut links) = (String::new(), String::new(), String::new());
+    for (index, (name, rows)) in sheets.iter().enumerate() {
+        let number = index + 1;
+        types += &format!(
+            "<Override PartName=\"/xl/worksheets/sheet{number}.xml\" ContentType=\"{kind}.worksheet+xml\"/>"
+        );
+        list += &format!("<sheet name=\"{name}\" sheetId=\"{number}\" r:id=\"r{number}\"/>");
+        links += &format!(
+            "<Relationship Id=\"r{number}\" Type=\"{office}/worksheet\" Target=\"worksheets/sheet{number}.xml\"/>"
+        );
+        let mut data = String::new();
+        for (row, line) in rows.iter().enumerate() {
+            data += &format!("<row r=\"{}\">", row + 1);
+            for (column, cell) in line.split('|').enumerate() {
+                let place = format!("r=\"{}{}\"", char::from(b'A' + column as u8), row + 1);
+                data += &match cell {
+                    "" => String::new(),
+                    "#N/A" => format!("<c {place} t=\"e\"><v>#N/A</v></c>"),
+                    _ if cell.starts_with('@') => {
+                        format!("<c {place} s=\"1\"><v>{}</v></c>", &cell[1..])
+                    }
+                    _ if cell.parse::<f64>().is_ok() => format!("<c {place}><v>{cell}</v></c>"),
+                    _ => format!("<c {place} t=\"inlineStr\"><is><t>{cell}</t></is></c>"),
+                };
+            }
+            data += "</row>";
+        }
+        put(
+            &format!("xl/worksheets/sheet{number}.xml"),
+            format!("<worksheet {main}><sheetData>{data}</sheetData></worksheet>"),
+        );
+    }
+    put(
+        "[Content_Types].xml",
+        format!(
+            "<Types xmlns=\"{package}/content-types\"><Default Extension=\"rels\" ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/><Override PartName=\"/xl/workbook.xml\" ContentType=\"{kind}.sheet.main+xml\"/><Override PartName=\"/xl/styles.xml\" ContentType=\"{kind}.styles+xml\"/>{types}</Types>"
+        ),
+    );
+    put(
+        "_rels/.rels",
+        format!(
+            "<Relationships xmlns=\"{package}/relationships\"><Relationship Id=\"w\" Type=\"{office}/officeDocument\" Target=\"xl/workbook.xml\"/></Relationships>"
+        ),
+    );
+    put(
+        "xl/workbook.xml",
+        format!("<workbook {main} xmlns:r=\"{office}\"><sheets>{list}</sheets></workbook>"),
+    );
+    put(
+        "xl/_rels/workbook.xml.rels",
+        format!(
+            "<Relationships xmlns=\"{package}/relationships\">{links}<Relationship Id=\"s\" Type=\"{office}/styles\" Target=\"styles.xml\"/></Relationships>"
+        ),
+    );
+    put(
+        "xl/styles.xml",
+        format!(
+            "<styleSheet {main}><cellXfs count=\"2\"><xf numFmtId=\"0\"/><xf numFmtId=\"22\"/></cellXfs></styleSheet>"
+        ),
+    );
+    zip.finish().unwrap().into_inner()
+}
+
+const SHEET: &[&str] = &[
+    "Prüfstand 3|Ada; Bob",
+    "",
+    "time|command|spool|Bemerkung",
+    "[s]|[V]|[%]|",
+    "0|1.5|0.25|#1: los",
+    "0.001|1e-3|-2|",
+    "0.002|-4|3|",
+];
+
+#[test]
+fn a_sheet_of_a_workbook_is_a_record() {
+    let notes: (&str, &[&str]) = ("Notizen", &["Ventil 7, Öl HLP 46"]);
+    let bytes = workbook(&[notes, ("Messung", SHEET)]);
+    let record = Record::parse("a.xlsx", &bytes, &[]).unwrap();
+    assert_eq!(record.time(), [0.0, 1e-3, 2e-3]);
+    assert_eq!(record.command().values, [1.5, 1e-3, -4.0]);
+    assert_eq!(record.get(Channel::Spool).unwrap().unit, "%");
+    let inspection = Inspection::parse("a.xlsx", &bytes, &[]).unwrap();
+    assert_eq!(
+        inspection.format.to_string(),
+        "Excel, sheet \"Messung\", header in row 3, units in row 4"
+    );
+    assert_eq!(inspection.others[0].0, "Notizen");
+
+    let dated = [
+        "time|command [V]|spool [V]",
+        "@45365.5|1|2",
+        "@45365.500005787037|2|3",
+        "@45365.500011574074|3|4",
+    ];
+    let record = Record::parse("a.xlsx", workbook(&[("A", &dated)]), &[]).unwrap();
+    assert_eq!(record.time(), [0.0, 0.5, 1.0]);
+}
+
+#[test]
+fn what_is_wrong_in_a_workbook_is_named() {
+    let mut sheet = SHEET.to_vec();
+    sheet[5] = "0.001|acht|-2|";
+    let read = |sheets: &[(&str, &[&str])]| Record::parse("a.xlsx", workbook(sheets), &[]);
+    assert_refused(
+        read(&[("A", &sheet)]),
+        &[
+            "a.xlsx, row 6, column \"command\"",
+            "\"acht\" is not a number",
+        ],
+    );
+    sheet[5] = "0.001|#N/A|-2|";
+    assert_refused(
+        read(&[("A", &sheet)]),
+        &["a.xlsx, row 6, column \"command\"", "not finite"],
+    );
+    let reading = Reading {
+        skip_incomplete_rows: true,
+        ..Reading::default()
+    };
+    let record = Record::parse_as("a.xlsx", workbook(&[("A", &sheet)]), &reading).unwrap();
+    assert_eq!(record.time(), [0.0, 2e-3]);
+    assert_refused(
+        read(&[("Lauf 1", SHEET), ("Lauf 2", SHEET)]),
+        &["has tables in the sheets \"Lauf 1\", \"Lauf 2\"", "CSV"],
+    );
+    assert_refused(read(&[("A", &[])]), &["has no sheet with a cell"]);
+    let bytes = workbook(&[("A", SHEET)]);
+    for length in [10, bytes.len() / 2, bytes.len() - 10] {
+        assert_refused(
+            Record::parse("a.xlsx", &bytes[..length], &[]),
+            &["a.xlsx", "that cannot be read", "CSV"],
+        );
+    }
+    // Damage anywhere is an error or changes nothing, and never a panic.
+    for at in (0..bytes.len()).step_by(7) {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 0x55;
+        let _ = Record::parse("a.xlsx", &damaged, &[]);
+    }
+}
+
+#[test]
+fn formats_that_are_not_read_are_refused_by_name_with_the_way_out() {
+    let file = |head: &[u8]| [head, &[7; 600]].concat();
+    let tdms = |contents: u8| file(&[b'T', b'D', b'S', b'm', contents, 0, 0, 0, 0x69, 0x12, 0, 0]);
+    for (bytes, said) in [
+        (tdms(0x0e), "is a TDMS file; export its channels as CSV"),
+        (
+            tdms(0x4e),
+            "is a TDMS file with the high byte first; export",
+        ),
+        (tdms(0x8e), "is a TDMS file with raw data of DAQmx; export"),
+        (
+            file(b"TDSh\x0e\0\0\0"),
+            "is the index of a TDMS file, without its values; export",
+        ),
+        (
+            file(b"\x89HDF\r\n\x1a\n"),
+            "version 7.3, or of HDF5 otherwise; save it in MATLAB with save -v7",
+        ),
+        (
+            file(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"),
+            "is an Excel workbook of before 2007; save it as .xlsx",
+        ),
+    ] {
+        assert_refused(Record::parse("a.dat", bytes, &[]), &["a.dat: ", said]);
+    }
 }

@@ -4,6 +4,7 @@ mod files;
 mod print;
 
 use super::options::{self, Options, spinner};
+use super::reading::ReadingOptions;
 use super::work::interrupted;
 use super::{colour, interrupt};
 use servobee::card::Card;
@@ -11,7 +12,7 @@ use servobee::diagnose::{self, Cut, IdentificationProblem, ROWS, identify};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{Fingerprint, parameters_for, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
-use servobee::record::{Channel, HOLD_OUT, Mapping, Record, check_mappings};
+use servobee::record::{Channel, HOLD_OUT, Reading, Record, check_mappings};
 use servobee::report::{Call, Document, InputFile, ModelFile};
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -25,7 +26,7 @@ use std::time::Instant;
 #[derive(clap::Args)]
 #[command(after_help = examples())]
 pub(super) struct Arguments {
-    /// Records to fit
+    /// Records to fit; a.csv+b.csv is one from two files with the same times
     #[arg(required = true, value_name = "RECORD")]
     records: Vec<PathBuf>,
     /// Records to score the model on, which are not fitted
@@ -37,9 +38,8 @@ pub(super) struct Arguments {
     /// Largest number of rows that are fitted and held out; of records that have more, stretches all along them are
     #[arg(long, value_name = "N", default_value_t = ROWS, value_parser = rows)]
     max_rows: usize,
-    /// A column of the files and what it is: "x_cmd_mm=command [mm]"
-    #[arg(long, value_name = "COLUMN=CHANNEL [UNIT]")]
-    map: Vec<Mapping>,
+    #[command(flatten)]
+    reading: ReadingOptions,
     /// A model file: a whole model, or just the settings and parameters that differ from the base model's
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
@@ -71,15 +71,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let started = Instant::now();
     let entries = entries(&arguments.effects)?;
     let output = arguments.options.output()?;
+    let reading = arguments.reading.reading();
     let read = |paths: &[PathBuf]| {
         paths
             .iter()
-            .map(|path| read(path, &arguments.map))
+            .map(|path| read(path, &reading))
             .collect::<Result<Vec<Record>>>()
     };
     let (records, held_out) = (read(&arguments.records)?, read(&arguments.hold_out)?);
     let all: Vec<&Record> = records.iter().chain(&held_out).collect();
-    check_mappings(&arguments.map, &all)?;
+    check_mappings(&reading.mappings, &all)?;
     for record in &records {
         record.check_excited()?;
     }
@@ -209,8 +210,8 @@ fn rows(text: &str) -> std::result::Result<usize, String> {
     }
 }
 
-fn read(path: &PathBuf, mappings: &[Mapping]) -> Result<Record> {
-    let record = Record::read(path, mappings)?;
+fn read(path: &PathBuf, reading: &Reading) -> Result<Record> {
+    let record = Record::read_as(path, reading)?;
     record.check_response()?;
     Ok(record)
 }

@@ -1,14 +1,14 @@
 //! `servobee inspect`.
 
+use super::reading::ReadingOptions;
 use super::table::{number, table};
-use servobee::record::Mapping;
-use servobee::record::inspect::{Gap, Inspected, Inspection, Timing, inspect};
+use servobee::record::inspect::{Gap, Inspected, Inspection, Timing, inspect_as};
 use servobee::{Error, Result};
 use std::path::PathBuf;
 
 /// Say what a file of measurements holds, what is wrong with it, and which --map makes a record of it
 ///
-/// Reads what identify reads, CSV and MAT, and also files that identify refuses. A proposal is taken from the names, units
+/// Reads what identify reads, CSV, Excel and MAT, and also files that identify refuses. A proposal is taken from the names, units
 /// and values of the columns and comes with its reason: check it.
 #[derive(clap::Args)]
 #[command(after_help = "\
@@ -17,22 +17,22 @@ Examples:
   servobee inspect log.mat --map \"out.u=command [V]\"
   servobee inspect run1.csv run2.mat --json")]
 pub(super) struct Arguments {
-    /// Files to look into
+    /// Files to look into; a.csv+b.csv are two of one record
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// A column of the files and what it is: "x_cmd_mm=command [mm]"
-    #[arg(long, value_name = "COLUMN=CHANNEL [UNIT]")]
-    map: Vec<Mapping>,
+    #[command(flatten)]
+    reading: ReadingOptions,
     /// Print JSON: a list with an object for each file
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
+    let reading = arguments.reading.reading();
     let inspections = arguments
         .files
         .iter()
-        .map(|path| inspect(path, &arguments.map))
+        .map(|path| inspect_as(path, &reading))
         .collect::<Result<Vec<Inspection>>>()?;
     if arguments.json {
         let json = serde_json::to_string_pretty(&inspections)

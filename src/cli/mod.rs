@@ -16,6 +16,7 @@ mod inspect;
 mod interrupt;
 mod options;
 mod plot;
+mod reading;
 mod scorecard;
 mod simulate;
 mod synthesize;

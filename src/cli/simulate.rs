@@ -1,11 +1,12 @@
 //! `servobee simulate`.
 
 use super::colour;
+use super::reading::ReadingOptions;
 use super::table::{number, table};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{STATE_LIMIT, Score, simulate};
 use servobee::model::{Complete, Outputs, Structure};
-use servobee::record::{Mapping, Record, check_mappings};
+use servobee::record::{Record, check_mappings};
 use servobee::report::{ModelFile, OutputFile};
 use servobee::{Error, Result};
 use std::path::PathBuf;
@@ -26,9 +27,8 @@ pub(super) struct Arguments {
     /// The record: a CSV file whose header names channel and unit, "time [s],command [V],spool [%]"
     #[arg(value_name = "RECORD.csv")]
     record: PathBuf,
-    /// Read a column of the record as a channel: "COLUMN=CHANNEL [UNIT]"
-    #[arg(long, value_name = "MAPPING")]
-    map: Vec<Mapping>,
+    #[command(flatten)]
+    reading: ReadingOptions,
     /// Write time, command, measured and simulated outputs to this CSV file
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
@@ -41,8 +41,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let file = ModelFile::read(&arguments.model)?;
     let structure = file.complete_structure()?;
     let parameters = file.parameters(structure.parameters())?;
-    let record = Record::read(&arguments.record, &arguments.map)?;
-    check_mappings(&arguments.map, &[&record])?;
+    let reading = arguments.reading.reading();
+    let record = Record::read_as(&arguments.record, &reading)?;
+    check_mappings(&reading.mappings, &[&record])?;
     let mut series = Series::to_simulate(&record, &structure)?;
     let path = arguments.out.as_ref();
     let file = path.map(|path| OutputFile::create(path, arguments.force));

@@ -1,6 +1,7 @@
 //! A column of a file, and one of a record.
 
 use super::label::Label;
+use super::moment::{Moment, Moments};
 
 /// What a cell holds that holds no finite number.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +19,12 @@ pub(super) struct Column {
     pub(super) values: Vec<f64>,
     /// The odd cells and their rows, which rise.
     pub(super) odd: Vec<(usize, Odd)>,
-    /// How the first of them that is not empty is written.
-    pub(super) first_odd: String,
+    /// How the first of them that is a text is written.
+    pub(super) first_text: String,
+    /// How the first of them that is not finite is written.
+    pub(super) first_not_finite: String,
+    /// Where cells are times of day: the values are then in s since the first.
+    pub(super) moments: Option<Moments>,
 }
 
 impl Column {
@@ -29,7 +34,9 @@ impl Column {
             label,
             values: Vec::with_capacity(rows),
             odd: Vec::new(),
-            first_odd: String::new(),
+            first_text: String::new(),
+            first_not_finite: String::new(),
+            moments: None,
         }
     }
 
@@ -40,17 +47,58 @@ impl Column {
             .peekable();
         let first = odd.peek().map(|&row| values[row].to_string());
         Self {
-            label,
             odd: odd.map(|row| (row, Odd::NotFinite)).collect(),
-            first_odd: first.unwrap_or_default(),
+            first_not_finite: first.unwrap_or_default(),
             values,
+            ..Self::new(label, 0)
         }
+    }
+
+    /// These rows of it, which rise, as far as it has them.
+    pub(super) fn of_rows(&self, rows: &[usize]) -> Self {
+        let mut odd = self.odd.iter().peekable();
+        let mut kept = Self {
+            first_text: self.first_text.clone(),
+            first_not_finite: self.first_not_finite.clone(),
+            moments: self.moments.clone(),
+            ..Self::new(self.label.clone(), rows.len())
+        };
+        for (place, &row) in rows.iter().enumerate() {
+            let Some(&value) = self.values.get(row) else {
+                break;
+            };
+            while odd.next_if(|(at, _)| *at < row).is_some() {}
+            if let Some((_, odd)) = odd.next_if(|(at, _)| *at == row) {
+                kept.odd.push((place, *odd));
+            }
+            kept.values.push(value);
+        }
+        kept
+    }
+
+    /// Adds a moment, which is written so, unless cells before it are numbers or moments of another kind.
+    pub(super) fn push_moment(&mut self, moment: Moment, written: &str) -> bool {
+        let value = match &mut self.moments {
+            Some(moments) => moments.next(moment),
+            None if self.values.len() > self.odd.len() => None,
+            None => {
+                self.moments = Some(Moments::from(moment, written));
+                Some(0.0)
+            }
+        };
+        self.values.extend(value);
+        value.is_some()
     }
 
     /// Adds a cell that holds no finite number, and is written so.
     pub(super) fn push_odd(&mut self, odd: Odd, written: &str) {
-        if self.first_odd.is_empty() {
-            self.first_odd = written.into();
+        let first = match odd {
+            Odd::Text => &mut self.first_text,
+            Odd::NotFinite => &mut self.first_not_finite,
+            Odd::Empty => &mut String::new(),
+        };
+        if first.is_empty() {
+            *first = written.into();
         }
         self.odd.push((self.values.len(), odd));
         self.values.push(f64::NAN);

@@ -1,5 +1,6 @@
 //! How a file is written.
 
+use super::text::quoted;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 
@@ -24,6 +25,15 @@ pub struct Dialect {
 pub enum Format {
     /// Text with one sample a line.
     Csv(Dialect),
+    /// A sheet of an Excel workbook.
+    Xlsx {
+        /// Its name.
+        sheet: String,
+        /// The row of the header, as Excel counts it.
+        header_row: usize,
+        /// The row below it that holds the units, if there is one.
+        unit_row: Option<usize>,
+    },
     /// A MAT file of level 5, as `save -v6` and `save -v7` write it.
     Mat {
         /// Whether its numbers begin with the high byte.
@@ -36,6 +46,18 @@ impl Display for Format {
         let dialect = match self {
             Self::Mat { big_endian: false } => return f.write_str("MAT file, level 5"),
             Self::Mat { big_endian: true } => return f.write_str("MAT file, level 5, big-endian"),
+            Self::Xlsx {
+                sheet,
+                header_row,
+                unit_row,
+            } => {
+                write!(
+                    f,
+                    "Excel, sheet {}, header in row {header_row}",
+                    quoted(sheet)
+                )?;
+                return unit_row.map_or(Ok(()), |row| write!(f, ", units in row {row}"));
+            }
             Self::Csv(dialect) => dialect,
         };
         let delimiter = match dialect.delimiter {

@@ -203,3 +203,23 @@ impl Sources {
         })
     }
 }
+
+/// The columns that are targets by a mapping, or by their name and unit; what is doubtful about others is left for
+/// [`Sources::of`] to refuse.
+pub(super) fn known(table: &Table, mappings: &[Mapping]) -> Taken {
+    let mut taken = Taken::new();
+    for mapping in mappings {
+        if let Ok(Some(index)) = table.called(&mapping.column) {
+            taken.insert(mapping.target, (index, mapping.conversion));
+        }
+    }
+    for (index, column) in table.columns.iter().enumerate() {
+        if let Some(target) = Target::named(&column.label.name)
+            && let Ok(unit) = table.unit(index, target.quantity())
+            && taken.values().all(|(other, _)| *other != index)
+        {
+            taken.entry(target).or_insert((index, unit.into()));
+        }
+    }
+    taken
+}

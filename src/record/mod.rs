@@ -1,4 +1,4 @@
-//! Measurements: records in time and datasheet curves, with channels, units and checks, from CSV and MAT files.
+//! Measurements: records in time and datasheet curves, with channels, units and checks, from CSV, Excel and MAT files.
 
 pub mod cases;
 mod channel;
@@ -9,24 +9,32 @@ mod curve;
 mod file;
 mod format;
 pub mod inspect;
+mod join;
 mod label;
 mod mapping;
 mod mat;
+mod moment;
+mod reading;
 mod table;
+mod tdms;
 mod text;
 mod unit;
+mod xlsx;
 
 pub use channel::Channel;
 pub use curve::{AreaCurve, FlowCurve, ResponseCurve, ResponsePoint, StepCurve};
 pub use format::{Dialect, Format};
 pub use mapping::Mapping;
+pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
 pub use unit::{Quantity, Unit};
 
 use crate::input::sha256;
 use crate::{Error, Result};
-use column::Measured;
+use column::{Column, Measured};
+use conversion::Conversion;
 use mapping::{Sources, Target};
+use moment::Moments;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -79,7 +87,8 @@ pub struct Record {
     pub name: String,
     /// The file's path as it was given: what errors and warnings call the record.
     pub path: String,
-    /// SHA-256 of the file's content in hexadecimal digits; of a record from memory there is none.
+    /// SHA-256 of the file's content in hexadecimal digits, of several files that of all behind each other; of a record from
+    /// memory there is none.
     pub sha256: Option<String>,
     /// Columns of the file that no channel takes.
     pub ignored: Vec<String>,
@@ -144,13 +153,13 @@ impl Record {
         Ok(Self::assembled(name, time, kept, Vec::new()))
     }
 
-    /// Reads a file whose columns name channel and unit, `time [s]`, `command [V]`, `spool [%]`, in any order: CSV, or a
-    /// MAT file of level 5.
+    /// Reads a file whose columns name channel and unit, `time [s]`, `command [V]`, `spool [%]`, in any order: CSV, a
+    /// MAT file of level 5, or an Excel workbook in which one sheet holds a table.
     ///
     /// CSV: cells may be separated by commas, semicolons, tabs, blanks, bars or colons, decimals have points or commas, the
     /// header may stand below other lines and the units in a row of their own below it; lines that start with `#` and
     /// blank lines are skipped. MAT: vectors, columns of matrices, and structs such as those of Simulink and of
-    /// `timeseries`. Two possible readings are refused, not guessed.
+    /// `timeseries`. Times may be times of day, with or without a date: they count from the first. Two possible readings are refused, not guessed.
     ///
     /// `mappings` say what columns of this file are; such a column takes the place of one that has the channel's name, and may be scaled and shifted. A
     /// file need not have the column of a mapping if it has that channel otherwise, so that unlike files can be read with
@@ -162,8 +171,19 @@ impl Record {
     /// a column that is missing, there twice or in an unknown unit; a
     /// cell that is no finite number; columns of unequal length; fewer than two samples; times that do not rise strictly.
     pub fn read(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Self> {
-        let path = path.as_ref();
-        Self::parse(&path.display().to_string(), file::bytes(path)?, mappings)
+        Self::read_as(path, &Reading::with(mappings))
+    }
+
+    /// [`Record::read`] of a file that is read as `reading` says.
+    ///
+    /// `a.csv+b.csv` is one record from two files, if none is called so: their rows belong together where their times agree
+    /// to a tenth of the interval, and one by one where one of them has no time.
+    ///
+    /// # Errors
+    /// As [`Record::read`]; a sample interval beside a column of time; files whose rows do not belong together.
+    pub fn read_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Self> {
+        let (table, content) = file::read_joined(path.as_ref(), reading)?;
+        Self::from_table(table, &content, reading)
     }
 
     /// [`Record::read`] from the content of the file called `path`.
@@ -171,22 +191,45 @@ impl Record {
     /// # Errors
     /// As [`Record::read`], but for those of reading the file.
     pub fn parse(path: &str, content: impl AsRef<[u8]>, mappings: &[Mapping]) -> Result<Self> {
+        Self::parse_as(path, content, &Reading::with(mappings))
+    }
+
+    /// [`Record::read_as`] from the content of the file called `path`.
+    ///
+    /// # Errors
+    /// As [`Record::read_as`], but for those of reading the file.
+    pub fn parse_as(path: &str, content: impl AsRef<[u8]>, reading: &Reading) -> Result<Self> {
         let content = content.as_ref();
-        let record = Self::of(&file::parse(path, content)?, mappings)?;
+        Self::from_table(file::parse(path, content)?, content, reading)
+    }
+
+    fn from_table(mut table: Table, content: &[u8], reading: &Reading) -> Result<Self> {
+        reading.give_time(&mut table)?;
+        let record = Self::of(&table, reading)?;
         Ok(Self {
             sha256: Some(sha256(content)),
             ..record
         })
     }
 
-    /// The channels of a table.
-    fn of(table: &Table, mappings: &[Mapping]) -> Result<Self> {
+    /// The channels of a table, which has its time.
+    fn of(table: &Table, reading: &Reading) -> Result<Self> {
         let Sources {
             taken,
             ignored,
-            warnings,
+            mut warnings,
             absent,
-        } = Sources::of(table, mappings)?;
+        } = Sources::of(table, &reading.mappings)?;
+        let indices: Vec<usize> = taken.values().map(|(index, _)| *index).collect();
+        warnings.extend(table.notes.iter().cloned());
+        let complete = reading.without_incomplete_rows(table, &indices);
+        let table = match &complete {
+            None => table,
+            Some((complete, said)) => {
+                warnings.push(said.clone());
+                complete
+            }
+        };
         let mut columns = BTreeMap::<Target, Measured>::new();
         let mut converted = Vec::new();
         for (target, (index, conversion)) in taken {
@@ -207,8 +250,11 @@ impl Record {
         }
         let missing = |target: Target| {
             let wanted = format!("\"{target} [{}]\"", target.quantity().usual().kept());
-            let remedy =
+            let mut remedy =
                 format!("rename the column that holds it or add --map \"COLUMN={target} [UNIT]\"");
+            if target == Target::Time {
+                remedy.push_str(", or --sample-interval SECONDS if the file has none");
+            }
             table.missing(&wanted, &remedy)
         };
         let time = columns
@@ -230,10 +276,15 @@ impl Record {
                 }
             })
             .collect();
-        let label = &table.columns[time.index].label;
+        let Column { label, moments, .. } = &table.columns[time.index];
+        if let Some(moments) = moments {
+            converted.push(time_of_day(&label.text, moments));
+        }
         let mut record = Self::assembled(&table::stem(&table.path), time.values, channels, ignored);
         record.path = table.path.clone();
-        record.warnings = time_warnings(&record.time, Some(&label.spelt));
+        let in_a_unit = moments.is_none() && reading.sample_interval.is_none();
+        let spelt = Some(label.spelt.as_str()).filter(|_| in_a_unit);
+        record.warnings = time_warnings(&record.time, spelt);
         record.warnings.extend(warnings);
         record.absent = absent;
         record.converted = converted;
@@ -456,6 +507,22 @@ fn usual_full_scale(unit: &str) -> Option<f64> {
         "%" => Some(100.0),
         _ => None,
     }
+}
+
+/// What is said of a column that holds times of day.
+fn time_of_day(column: &str, moments: &Moments) -> String {
+    let midnights = match moments.midnights {
+        0 => String::new(),
+        times => format!(
+            ", and passes midnight {}",
+            text::count(times as usize, "time")
+        ),
+    };
+    format!(
+        "{} is taken as time [s] since {}{midnights}",
+        quoted(column),
+        quoted(&moments.written)
+    )
 }
 
 /// Times in s that look as if they were in another unit; they may be of a `column` of a file.

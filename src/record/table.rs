@@ -31,34 +31,128 @@ pub(super) struct Other {
     pub(super) remedy: Option<String>,
 }
 
-/// The columns of a file. Those of a MAT file need not be of one length.
-#[derive(Debug)]
-pub(super) struct Table {
+/// A file that columns come from.
+#[derive(Debug, Clone)]
+pub(super) struct Origin {
     pub(super) path: String,
     pub(super) format: Format,
-    /// The line of each row, as an editor counts it; none where the file has no lines.
+    /// The line of each row, as an editor counts it, or its sample in a file without lines, where not all are in the table.
     pub(super) lines: Vec<usize>,
+}
+
+impl Origin {
+    /// Where row `row` stands in the file.
+    pub(super) fn row_place(&self, row: usize) -> String {
+        let number = self.number(row);
+        match self.format {
+            Format::Mat { .. } => format!("sample {number}"),
+            _ => format!("row {number}"),
+        }
+    }
+
+    fn number(&self, row: usize) -> usize {
+        self.lines.get(row).copied().unwrap_or(row + 1)
+    }
+
+    fn of_rows(&self, rows: &[usize]) -> Self {
+        Self {
+            path: self.path.clone(),
+            format: self.format.clone(),
+            lines: rows.iter().map(|&row| self.number(row)).collect(),
+        }
+    }
+}
+
+/// The columns of a file, or of several that were joined. Those of a MAT file need not be of one length.
+#[derive(Debug)]
+pub(super) struct Table {
+    /// What the file is called, or all of them together.
+    pub(super) path: String,
+    pub(super) origin: Origin,
     pub(super) columns: Vec<Column>,
     /// What else is in the file.
     pub(super) others: Vec<Other>,
+    /// Files whose columns were joined, each with the first of them.
+    pub(super) joined: Vec<(usize, Origin)>,
+    /// What was done with the file.
+    pub(super) notes: Vec<String>,
 }
 
 impl Table {
+    /// The columns of one file.
+    pub(super) fn of(
+        path: &str,
+        format: Format,
+        lines: Vec<usize>,
+        columns: Vec<Column>,
+        others: Vec<Other>,
+    ) -> Self {
+        Self {
+            path: path.into(),
+            origin: Origin {
+                path: path.into(),
+                format,
+                lines,
+            },
+            columns,
+            others,
+            joined: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
     /// Where row `row` of column `column` stands.
     pub(super) fn place(&self, row: usize, column: usize) -> String {
-        let (path, shown) = (&self.path, self.shown(column));
-        match self.lines.get(row) {
-            Some(line) => format!("{path}, row {line}, column {shown}"),
-            None => format!("{path}, variable {shown}, sample {}", row + 1),
+        let shown = self.shown(column);
+        let origin = self.origin(column);
+        let (path, row) = (&origin.path, origin.row_place(row));
+        match origin.format {
+            Format::Mat { .. } => format!("{path}, variable {shown}, {row}"),
+            _ => format!("{path}, {row}, column {shown}"),
         }
     }
 
     /// Where the header of column `column` stands.
     pub(super) fn header_place(&self, column: usize) -> String {
-        let (path, shown) = (&self.path, self.shown(column));
-        match &self.format {
-            Format::Csv(dialect) => format!("{path}, row {}, column {shown}", dialect.header_row),
+        let shown = self.shown(column);
+        let Origin { path, format, .. } = self.origin(column);
+        match format {
+            Format::Csv(Dialect { header_row, .. }) | Format::Xlsx { header_row, .. } => {
+                format!("{path}, row {header_row}, column {shown}")
+            }
             Format::Mat { .. } => format!("{path}, variable {shown}"),
+        }
+    }
+
+    /// The file that column `column` comes from.
+    pub(super) fn origin(&self, column: usize) -> &Origin {
+        let joined = self.joined.iter().rev();
+        let mut joined = joined.filter(|(first, _)| column >= *first);
+        joined.next().map_or(&self.origin, |(_, origin)| origin)
+    }
+
+    /// The rows of the longest column.
+    pub(super) fn rows(&self) -> usize {
+        let rows = self.columns.iter().map(|column| column.values.len());
+        rows.max().unwrap_or(0)
+    }
+
+    /// These rows of it, which rise; places are still those of the file.
+    pub(super) fn of_rows(&self, rows: &[usize]) -> Self {
+        let joined = self.joined.iter();
+        Self {
+            path: self.path.clone(),
+            origin: self.origin.of_rows(rows),
+            columns: self
+                .columns
+                .iter()
+                .map(|column| column.of_rows(rows))
+                .collect(),
+            others: self.others.clone(),
+            joined: joined
+                .map(|(first, origin)| (*first, origin.of_rows(rows)))
+                .collect(),
+            notes: self.notes.clone(),
         }
     }
 
@@ -87,8 +181,8 @@ impl Table {
 
     /// The error that columns `one` and `other` are both `what`.
     pub(super) fn twice(&self, what: &str, one: usize, other: usize) -> Error {
-        let remedy = match &self.format {
-            Format::Csv(_) => "delete or rename one of the two",
+        let remedy = match &self.origin(other).format {
+            Format::Csv(_) | Format::Xlsx { .. } => "delete or rename one of the two",
             Format::Mat { .. } => {
                 "let --map name the one to take, such as --map \"VARIABLE=CHANNEL [UNIT]\", or rename one of the two"
             }
@@ -134,10 +228,14 @@ impl Table {
     /// # Errors
     /// Unknown, or missing where it is needed.
     pub(super) fn unit(&self, column: usize, quantity: Quantity) -> Result<&'static Unit> {
-        quantity.unit(
-            self.columns[column].label.unit.as_deref(),
-            self.header_place(column),
-        )
+        quantity.unit(self.unit_text(column, quantity), self.header_place(column))
+    }
+
+    /// The unit behind the name of a column. Moments are in s, whatever the head says of their digits.
+    fn unit_text(&self, column: usize, quantity: Quantity) -> Option<&str> {
+        let Column { label, moments, .. } = &self.columns[column];
+        let timed = quantity == Quantity::Time && moments.is_some();
+        label.unit.as_deref().filter(|_| !timed)
     }
 
     /// The unit that column `column` is labelled with, which is taken as `target`.
@@ -145,9 +243,9 @@ impl Table {
     /// # Errors
     /// As [`Table::unit`].
     pub(super) fn unit_as(&self, column: usize, target: Target) -> Result<&'static Unit> {
-        let label = &self.columns[column].label;
-        let place = self.header_place(column);
-        target.unit(label.unit.as_deref(), place, &label.spelt)
+        let unit = self.unit_text(column, target.quantity());
+        let name = &self.columns[column].label.spelt;
+        target.unit(unit, self.header_place(column), name)
     }
 
     /// The numbers of column `index`, converted; `None` for an empty cell.
@@ -161,16 +259,18 @@ impl Table {
     ) -> Result<Vec<Option<f64>>> {
         let conversion = conversion.into();
         let column = &self.columns[index];
+        self.check_moments(column, index, conversion)?;
         let mut values: Vec<Option<f64>> = Vec::with_capacity(column.values.len());
         let mut odd = column.odd.iter().peekable();
         for (row, &value) in column.values.iter().enumerate() {
             let odd = odd.next_if(|(at, _)| *at == row).map(|&(_, odd)| odd);
-            let written = &column.first_odd;
             let converted = conversion.convert(value);
             values.push(match odd {
                 Some(Odd::Empty) => None,
-                Some(Odd::Text) => return Err(self.not_a_number(row, index, written)),
-                Some(Odd::NotFinite) => return Err(self.not_finite(row, index, written)),
+                Some(Odd::Text) => return Err(self.not_a_number(row, index, &column.first_text)),
+                Some(Odd::NotFinite) => {
+                    return Err(self.not_finite(row, index, &column.first_not_finite));
+                }
                 None if !converted.is_finite() => {
                     return Err(self.not_finite(row, index, &format!("{value:?}")));
                 }
@@ -180,22 +280,49 @@ impl Table {
         Ok(values)
     }
 
+    /// Refuses moments where something else than a time in s is wanted.
+    fn check_moments(&self, column: &Column, index: usize, conversion: Conversion) -> Result<()> {
+        let seconds: Conversion = Quantity::Time.usual().into();
+        match &column.moments {
+            Some(moments) if conversion != seconds => Err(Error::input(
+                self.header_place(index),
+                format!(
+                    "holds times of day such as {}, and is taken in {conversion}",
+                    quoted(&moments.written)
+                ),
+                "take it as time [s], or take another column",
+            )),
+            _ => Ok(()),
+        }
+    }
+
     /// The error that the cell of `row` in column `index` is empty.
     pub(super) fn empty(&self, row: usize, index: usize) -> Error {
         Error::input(
             self.place(row, index),
             "the cell is empty",
-            "fill in the value or delete its row",
+            "fill in the value, delete its row, or skip such rows of a record with --skip-incomplete-rows",
         )
     }
 
     fn not_a_number(&self, row: usize, index: usize, text: &str) -> Error {
-        let remedy = match &self.format {
+        let remedy = match &self.origin(index).format {
             Format::Csv(Dialect { decimal: ',', .. }) => {
                 "write a number such as 0,5 or 5e-1: this file has decimal commas"
             }
             _ => "write a number such as 0.5 or 5e-1",
         };
+        if let Some(moments) = &self.columns[index].moments {
+            return Error::input(
+                self.place(row, index),
+                format!(
+                    "{} is no time that follows from {}, with which the column begins",
+                    quoted(text),
+                    quoted(&moments.written)
+                ),
+                "write all of them in one way, days as 2024-03-14 and times as 10:22:31.250, or in s",
+            );
+        }
         let problem = format!("{} is not a number", quoted(text));
         Error::input(self.place(row, index), problem, remedy)
     }
@@ -204,7 +331,7 @@ impl Table {
         Error::input(
             self.place(row, index),
             format!("{} is not finite", quoted(text)),
-            "repair the value or delete its row",
+            "repair the value, delete its row, or skip such rows of a record with --skip-incomplete-rows",
         )
     }
 
@@ -224,6 +351,17 @@ impl Table {
             .enumerate()
             .map(present)
             .collect()
+    }
+
+    /// The numbers of column `index`, converted, which are times.
+    ///
+    /// # Errors
+    /// As [`Table::values`] and [`Table::check_rising`].
+    pub(super) fn rising_values(&self, index: usize, conversion: Conversion) -> Result<Vec<f64>> {
+        let values = self.values(index, conversion)?;
+        let unit = conversion.unit.kept();
+        check_rising(&values, unit, &self.path, |row| self.place(row, index))?;
+        Ok(values)
     }
 
     /// The column called `name`, if there is one.

@@ -1,5 +1,6 @@
 //! The cells of a line, and what they look like.
 
+use crate::record::moment::Moment;
 use std::borrow::Cow;
 
 /// What may stand between cells.
@@ -77,6 +78,8 @@ fn unquote(quoted: &str) -> Option<(Cow<'_, str>, &str)> {
 pub(super) enum Look {
     Empty,
     Number,
+    /// A time of day, perhaps with its date.
+    Moment,
     Text,
     /// Digits that are no number, or bare marks: what is left where cells are split at the wrong marks.
     Debris,
@@ -93,14 +96,20 @@ pub(super) fn look(cell: &str, delimiter: char) -> Look {
     match cell {
         "" => Look::Empty,
         _ if point || comma => Look::Number,
-        _ if is_moment(cell) || cell.contains(char::is_alphabetic) => Look::Text,
+        _ if Moment::parse(cell).is_some() => Look::Moment,
+        _ if is_date(cell) || cell.contains(char::is_alphabetic) => Look::Text,
         _ if cell.contains(digit) || cell.chars().all(|c| DELIMITERS.contains(&c)) => Look::Debris,
         _ => Look::Text,
     }
 }
 
-/// A date, or a time of day with seconds.
-fn is_moment(cell: &str) -> bool {
+/// Whether a column called `name` holds comments: of the last one, LabVIEW writes no cell where there is none.
+pub(super) fn is_comment(name: &str) -> bool {
+    ["comment", "comments", "kommentar", "bemerkung"].contains(&name.to_lowercase().as_str())
+}
+
+/// A date, or what looks like a time of day.
+fn is_date(cell: &str) -> bool {
     let twice = |mark| {
         let parts: Vec<&str> = cell.split(mark).collect();
         parts.len() == 3
@@ -160,7 +169,7 @@ mod tests {
             ("1.234,5", ';', Look::Debris),
             ("5\t1", ',', Look::Debris),
             (";", ' ', Look::Debris),
-            ("12:30:05,25", ';', Look::Text),
+            ("12:30:05,25", ';', Look::Moment),
             ("2020-01-31 12:30", ';', Look::Text),
             ("-", ';', Look::Text),
             ("%", ';', Look::Text),

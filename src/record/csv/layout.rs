@@ -4,7 +4,7 @@
 //! text or empty. The header is the nearest line of names above the first such line, and what stands above it is not read,
 //! unless it is a table of its own.
 
-use super::cells::{DELIMITERS, Look, look, split};
+use super::cells::{DELIMITERS, Look, is_comment, look, split};
 use crate::record::label::unit_cell;
 use crate::record::text::quoted;
 use crate::record::unit;
@@ -32,7 +32,7 @@ pub(super) struct Layout {
 /// What a line is if cells are separated by a certain delimiter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// At least two numbers.
+    /// At least two numbers, or one and a moment.
     Sample,
     Names,
     Units,
@@ -44,7 +44,7 @@ enum Kind {
 struct Cut {
     kind: Kind,
     cells: usize,
-    /// The same without an empty last cell: what stands there may be a cell, or the end of the one before.
+    /// The same without an empty last cell, which may be a cell or the end of the one before, and without that of comments.
     width: usize,
     /// Whether it holds nothing but numbers.
     bare: bool,
@@ -57,17 +57,21 @@ impl Cut {
         cells.pop_if(|cell| cell.is_empty());
         let looks: Vec<Look> = cells.iter().map(|cell| look(cell, delimiter)).collect();
         let count = |wanted| looks.iter().filter(|&&look| look == wanted).count();
-        let kind = match (count(Look::Number), count(Look::Text)) {
+        let (numbers, moments) = (count(Look::Number), count(Look::Moment));
+        let kind = match (numbers, numbers + moments, moments + count(Look::Text)) {
             _ if cells.len() < 2 || count(Look::Debris) > 0 => Kind::Neither,
             _ if are_units(&cells) => Kind::Units,
-            (0, 1..) => Kind::Names,
-            (2.., _) => Kind::Sample,
+            (0, _, 1..) => Kind::Names,
+            (1.., 2.., _) => Kind::Sample,
             _ => Kind::Neither,
         };
         Self {
             kind,
             cells: number,
-            width: cells.len(),
+            width: match cells.last() {
+                Some(last) if kind == Kind::Names && is_comment(last) => cells.len() - 1,
+                _ => cells.len(),
+            },
             bare: kind == Kind::Sample && count(Look::Number) == cells.len(),
         }
     }

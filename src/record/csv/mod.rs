@@ -10,10 +10,11 @@ mod text;
 use super::column::{Column, Odd};
 use super::format::{Dialect, Format};
 use super::label::{Label, unit_cell, visible};
+use super::moment::Moment;
 use super::table::{Table, WIDEST};
 use super::text::{count, quoted};
 use crate::{Error, Result};
-use cells::{could_be_thousands, decimal_mark, number};
+use cells::{could_be_thousands, decimal_mark, is_comment, number};
 use layout::{Layout, Line, layout};
 use std::borrow::Cow;
 
@@ -85,37 +86,44 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     for line in body.take(rows) {
         let Row { line, cells } = row(line)?;
         line_of.push(line);
-        for (column, cell) in columns.iter_mut().zip(&cells) {
-            match number(cell, decimal) {
-                Some(value) if value.is_finite() => column.values.push(value),
-                not_finite => {
-                    taken += ODD;
-                    column.push_odd(
-                        match not_finite {
-                            Some(_) => Odd::NotFinite,
-                            None if cell.is_empty() => Odd::Empty,
-                            None => Odd::Text,
-                        },
-                        cell,
-                    );
-                }
-            }
+        // A row may end before its comment, as `survey` has seen.
+        let missing = std::iter::repeat_n(
+            &Cow::Borrowed(""),
+            columns.len().saturating_sub(cells.len()),
+        );
+        for (column, cell) in columns.iter_mut().zip(cells.iter().chain(missing)) {
+            taken += push(column, cell, decimal);
         }
         check_size(path, line, taken)?;
     }
-    Ok(Table {
-        path: path.into(),
-        format: Format::Csv(Dialect {
-            encoding,
-            delimiter,
-            decimal,
-            header_row,
-            unit_row: units.map(|row| row.line),
-        }),
-        lines: line_of,
-        columns,
-        others: Vec::new(),
-    })
+    let dialect = Dialect {
+        encoding,
+        delimiter,
+        decimal,
+        header_row,
+        unit_row: units.map(|row| row.line),
+    };
+    let format = Format::Csv(dialect);
+    Ok(Table::of(path, format, line_of, columns, Vec::new()))
+}
+
+/// Adds what `cell` holds to `column`; how many numbers it takes beside its place.
+fn push(column: &mut Column, cell: &str, decimal: char) -> usize {
+    let odd = match number(cell, decimal) {
+        Some(value) if value.is_finite() && column.moments.is_none() => {
+            column.values.push(value);
+            return 0;
+        }
+        Some(value) if !value.is_finite() => Odd::NotFinite,
+        None if cell.is_empty() => Odd::Empty,
+        None => match Moment::parse(cell) {
+            Some(moment) if column.push_moment(moment, cell) => return 0,
+            _ => Odd::Text,
+        },
+        Some(_) => Odd::Text,
+    };
+    column.push_odd(odd, cell);
+    ODD
 }
 
 /// The lines that are not blank, no comment and no rule such as `-----`.
@@ -167,6 +175,7 @@ fn survey<'a>(
 ) -> Result<Survey> {
     let mut rows = 0;
     let mut marks = Marks::default();
+    let ends_in_comments = names.last().is_some_and(|name| is_comment(name));
     let mut wrong = Ok(());
     for (index, line) in lines.enumerate() {
         let Row { line, mut cells } = Row::of(path, line, delimiter)?;
@@ -176,7 +185,8 @@ fn survey<'a>(
         if cells.len() == names.len() + 1 {
             cells.pop_if(|cell| cell.is_empty());
         }
-        if cells.len() != names.len() && wrong.is_ok() {
+        let without_comment = ends_in_comments && cells.len() + 1 == names.len();
+        if cells.len() != names.len() && !without_comment && wrong.is_ok() {
             wrong = Err(Error::input(
                 format!("{path}, row {line}"),
                 format!(

@@ -17,16 +17,15 @@ pub use propose::Proposal;
 pub use timing::{Gap, Timing};
 
 use super::conversion::Conversion;
-use super::mapping::{Mapping, Target};
+use super::mapping::{Mapping, Target, known};
 use super::table::Table;
-use super::{Record, file};
+use super::{Reading, Record, file};
 use crate::Result;
 use call::call;
 use inspection::Signals;
 use propose::{Proposed, proposals};
 use std::path::Path;
 use suspicions::suspicions;
-use targets::Targets;
 
 impl Inspection {
     /// [`inspect`] of the content of the file called `path`.
@@ -34,7 +33,10 @@ impl Inspection {
     /// # Errors
     /// As [`inspect`], but for those of reading the file.
     pub fn parse(path: &str, content: impl AsRef<[u8]>, mappings: &[Mapping]) -> Result<Self> {
-        Ok(of(&file::parse(path, content.as_ref())?, mappings))
+        of(
+            file::parse(path, content.as_ref())?,
+            &Reading::with(mappings),
+        )
     }
 
     /// Whether the file gives a record for `identify` with the mappings that were given.
@@ -48,11 +50,25 @@ impl Inspection {
 /// # Errors
 /// The file cannot be read as a table. What is wrong with the table's content is told in the inspection.
 pub fn inspect(path: impl AsRef<Path>, mappings: &[Mapping]) -> Result<Inspection> {
-    Ok(of(&file::read(path.as_ref())?, mappings))
+    inspect_as(path, &Reading::with(mappings))
 }
 
-fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
-    let taken = taken(table, mappings);
+/// [`inspect`] of a file that is read as `reading` says.
+///
+/// # Errors
+/// As [`inspect`]; a sample interval beside a column of time.
+pub fn inspect_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Inspection> {
+    of(file::read_joined(path.as_ref(), reading)?.0, reading)
+}
+
+fn of(mut table: Table, reading: &Reading) -> Result<Inspection> {
+    reading.give_time(&mut table)?;
+    Ok(of_table(&table, reading))
+}
+
+fn of_table(table: &Table, reading: &Reading) -> Inspection {
+    let mappings = &reading.mappings;
+    let taken = known(table, mappings);
     let Proposed { proposals, doubts } = proposals(table, &taken);
     let mut all = taken.clone();
     all.extend(
@@ -62,7 +78,10 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
     );
 
     let proposed = proposals.iter().map(|proposal| proposal.mapping.clone());
-    let with_proposals: Vec<Mapping> = mappings.iter().cloned().chain(proposed).collect();
+    let with_proposals = Reading {
+        mappings: mappings.iter().cloned().chain(proposed).collect(),
+        ..reading.clone()
+    };
     let record = record(table, &with_proposals);
     let column = |index: usize| {
         let as_text = |(target, (at, conversion)): (&Target, &(usize, Conversion))| {
@@ -85,7 +104,7 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
     let mut inspection = Inspection {
         schema: "servobee/inspect/1",
         path: table.path.clone(),
-        format: table.format.clone(),
+        format: table.origin.format.clone(),
         columns: (0..table.columns.len()).map(column).collect(),
         others: table
             .others
@@ -96,7 +115,7 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
         command_period: signals.command_period(),
         follows: signals.follows(),
         warnings: record.iter().flat_map(|r| r.warnings.clone()).collect(),
-        problem: self::record(table, mappings)
+        problem: self::record(table, reading)
             .err()
             .map(|error| error.to_string()),
         call: call(&table.path, &with_proposals),
@@ -110,28 +129,9 @@ fn of(table: &Table, mappings: &[Mapping]) -> Inspection {
 }
 
 /// The record in a table, if it is one to identify from.
-fn record(table: &Table, mappings: &[Mapping]) -> Result<Record> {
-    let record = Record::of(table, mappings)?;
+fn record(table: &Table, reading: &Reading) -> Result<Record> {
+    let record = Record::of(table, reading)?;
     record.check_excited()?;
     record.check_response()?;
     Ok(record)
-}
-
-/// Index and unit of the columns that are channels by a mapping, or by their name and unit.
-fn taken(table: &Table, mappings: &[Mapping]) -> Targets {
-    let mut taken = Targets::new();
-    for mapping in mappings {
-        if let Ok(Some(index)) = table.called(&mapping.column) {
-            taken.insert(mapping.target, (index, mapping.conversion));
-        }
-    }
-    for (index, column) in table.columns.iter().enumerate() {
-        if let Some(target) = Target::named(&column.label.name)
-            && let Ok(unit) = table.unit(index, target.quantity())
-            && taken.values().all(|(other, _)| *other != index)
-        {
-            taken.entry(target).or_insert((index, unit.into()));
-        }
-    }
-    taken
 }

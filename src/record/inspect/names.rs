@@ -216,7 +216,7 @@ mod tests {
             ("position setpoint (mm)", "command [mm]"),
             ("u_valve", "command [?]"),
             ("x_meas_mm", "spool [mm]"),
-            ("spool_position_pct", "spool [?]"),
+            ("spool_position_pct", "spool [pct]"),
             ("x_position", "position [?]"),
             ("Q_lpm", "flow [lpm]"),
             ("flow_L_min", "flow [L/min]"),

@@ -161,8 +161,10 @@ impl Finder<'_> {
     fn by_name(&mut self) {
         let possible = |index: usize| {
             let values = self.values(index);
+            let timed = self.column(index).moments.is_some();
             let fits = move |meaning: &Meaning| match meaning.target {
                 Target::Time => rises(values),
+                Target::Channel(_) if timed => false,
                 Target::Channel(channel) => channel != Channel::Temperature || !rises(values),
             };
             let meanings = meanings(&self.column(index).label).into_iter().filter(fits);
@@ -238,6 +240,7 @@ impl Finder<'_> {
             .find_map(|target| self.taken.get(target).copied());
         let flow = |index: usize| self.unit_for(index, Quantity::Flow).is_some();
         let mut free = self.free();
+        free.retain(|&index| self.column(index).moments.is_none());
         free.retain(|&index| flow(index) || !is_no_signal(&self.column(index).label));
         let pairs: Vec<(usize, usize)> = match (command, response) {
             (Some(_), Some(_)) => return,
@@ -298,7 +301,8 @@ impl Finder<'_> {
     }
 
     fn propose(&mut self, index: usize, target: Target, unit: Option<String>, mut reason: String) {
-        let unit = match unit {
+        let moments = self.column(index).moments.as_ref();
+        let unit = match unit.or_else(|| moments.map(|_| "s".into())) {
             Some(unit) => unit,
             None => {
                 let label = &self.column(index).label;

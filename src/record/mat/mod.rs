@@ -26,7 +26,12 @@ pub(super) fn is_mat(bytes: &[u8]) -> bool {
 /// Another level, damage, more than 256 MiB of content or 10 000 columns, nothing that could be a column.
 pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     if is_hdf5(bytes) {
-        return Err(Error::input(path, "is a MAT file of version 7.3", SAVE));
+        let remedy = "save it in MATLAB with save -v7, or its columns as CSV";
+        return Err(Error::input(
+            path,
+            "is a MAT file of version 7.3, or of HDF5 otherwise",
+            remedy,
+        ));
     }
     let Some(big_endian) = byte_order(bytes) else {
         let what = match is_level_4(bytes) {
@@ -54,13 +59,8 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
             "save only the record's variables",
         ));
     }
-    let table = Table {
-        path: path.into(),
-        format: Format::Mat { big_endian },
-        lines: Vec::new(),
-        columns,
-        others,
-    };
+    let format = Format::Mat { big_endian };
+    let table = Table::of(path, format, Vec::new(), columns, others);
     if table.columns.is_empty() {
         return Err(
             match table.others.iter().any(|other| other.remedy.is_some()) {

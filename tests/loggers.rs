@@ -5,10 +5,10 @@ use servobee::Result;
 use servobee::record::inspect::Inspection;
 use servobee::record::{Channel, Mapping, Quantity, Reading, Record};
 use std::fs::write;
-use std::io::{Cursor, Write};
+use std::io::{Cursor, Read, Write};
 use tempfile::tempdir;
-use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
+use zip::{ZipArchive, ZipWriter};
 
 fn maps(texts: &[&str]) -> Vec<Mapping> {
     texts.iter().map(|text| text.parse().unwrap()).collect()
@@ -686,30 +686,74 @@ fn clocks_of_two_loggers_are_compared_with_their_dates() {
     );
 }
 
+/// The same workbook with its parts changed, each of which has a number.
+fn rewritten(workbook: &[u8], change: impl Fn(usize, String) -> String) -> Vec<u8> {
+    let mut archive = ZipArchive::new(Cursor::new(workbook)).unwrap();
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    for index in 0..archive.len() {
+        let mut part = archive.by_index(index).unwrap();
+        let mut content = String::new();
+        part.read_to_string(&mut content).unwrap();
+        zip.start_file(part.name().unwrap(), SimpleFileOptions::default())
+            .unwrap();
+        zip.write_all(change(index, content).as_bytes()).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn a_workbook_with_damage_within_its_parts_is_read_or_refused() {
+    let dated = [
+        "time|command [V]|spool [V]",
+        "@45365.5|1|2",
+        "@45365.75|2|3",
+    ];
+    let sane = workbook(&[("A", SHEET), ("B", &dated)]);
+    let parts = ZipArchive::new(Cursor::new(&sane)).unwrap().len();
+    for part in 0..parts {
+        for at in (0..1500).step_by(29) {
+            for put in ["", "<", "\"", "9", "-"] {
+                let bytes = rewritten(&sane, |index, mut content| {
+                    if index == part && content.is_char_boundary(at) && at < content.len() {
+                        let letter = content[at..].chars().next().unwrap();
+                        content.replace_range(at..at + letter.len_utf8(), put);
+                    }
+                    content
+                });
+                if let Err(error) = Record::parse("a.xlsx", &bytes, &[]) {
+                    let error = error.to_string();
+                    assert!(error.starts_with("a.xlsx"), "{error}");
+                    assert!(!error.contains(char::is_control), "{error:?}");
+                }
+            }
+        }
+    }
+    for serial in ["1e300", "-1e300", "-1", "2958466", "1e-300", "1e18"] {
+        let dated = [
+            "time|command [V]|spool [V]",
+            "@45365.5|1|2",
+            &format!("@{serial}|2|3"),
+        ];
+        let read = Record::parse("a.xlsx", workbook(&[("A", &dated)]), &[]);
+        assert_refused(
+            read,
+            &["a.xlsx, row 3, column \"time\"", "is no time that follows"],
+        );
+    }
+}
+
 #[test]
 fn a_workbook_that_unpacks_to_far_more_than_it_is_is_refused() {
     let far = ["time|command [V]|spool [V]", "0|1|2", "1|2|3"];
     let sane = workbook(&[("A", &far)]);
-    let mut archive = zip::ZipArchive::new(Cursor::new(sane)).unwrap();
-    let rewritten = |from: &str, to: &str, archive: &mut zip::ZipArchive<Cursor<Vec<u8>>>| {
-        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-        for index in 0..archive.len() {
-            let mut part = archive.by_index(index).unwrap();
-            let mut content = String::new();
-            std::io::Read::read_to_string(&mut part, &mut content).unwrap();
-            zip.start_file(part.name().unwrap(), SimpleFileOptions::default())
-                .unwrap();
-            zip.write_all(content.replace(from, to).as_bytes()).unwrap();
-        }
-        zip.finish().unwrap().into_inner()
-    };
+    let rewritten = |from: &str, to: &str| rewritten(&sane, |_, content| content.replace(from, to));
     // The last cell that Excel can have, and one behind it.
     for place in ["XFD1048576", "A1048577", "ZZZZ9"] {
-        let bytes = rewritten("r=\"C3\"", &format!("r=\"{place}\""), &mut archive);
+        let bytes = rewritten("r=\"C3\"", &format!("r=\"{place}\""));
         assert_refused(Record::parse("a.xlsx", bytes, &[]), &["a.xlsx: "]);
     }
     let blanks = " ".repeat(140 << 20);
-    let bytes = rewritten("<sheetData>", &format!("<sheetData>{blanks}"), &mut archive);
+    let bytes = rewritten("<sheetData>", &format!("<sheetData>{blanks}"));
     assert!(bytes.len() < 1 << 20);
     assert_refused(
         Record::parse("a.xlsx", bytes, &[]),

@@ -4,6 +4,7 @@
 
 use super::csv;
 use super::format::Format;
+use super::label::visible;
 use super::table::{Other, Table, WIDEST};
 use super::text::{listed, quoted};
 use crate::{Error, Result};
@@ -17,6 +18,9 @@ const LARGEST: u64 = 128 << 20;
 
 /// Rows of a sheet, of which Excel has no more.
 const ROWS: usize = 1 << 20;
+
+/// The days that Excel has, to the end of the year 9999.
+const DAYS: std::ops::Range<f64> = 0.0..2_958_466.0;
 
 const SAVE: &str = "save the sheet with the record as CSV in UTF-8";
 
@@ -33,12 +37,8 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     let wrong = |problem: String| Error::input(path, problem, SAVE);
     check_size(bytes).map_err(wrong)?;
     let unread = |error: calamine::XlsxError| {
-        let problem = error.to_string().lines().next().unwrap_or("").to_owned();
-        Error::input(
-            path,
-            format!("is no Excel workbook that can be read: {problem}"),
-            SAVE,
-        )
+        let problem = quoted(&error.to_string());
+        wrong(format!("is no Excel workbook that can be read: {problem}"))
     };
     let mut workbook: Xlsx<_> = Xlsx::new(Cursor::new(bytes)).map_err(unread)?;
     let (mut tables, mut others, mut first_error) = (Vec::new(), Vec::new(), None);
@@ -63,7 +63,7 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
                     first_error.get_or_insert(error);
                 }
                 others.push(Other {
-                    name: sheet,
+                    name: visible(&sheet),
                     what: "a sheet without a table".into(),
                     remedy: None,
                 });
@@ -98,7 +98,10 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
 
 /// Refuses what unpacks to more than may be read, whatever it says of itself.
 fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
-    let unread = |error: &dyn Display| format!("is a packed file that cannot be read: {error}");
+    let unread = |error: &dyn Display| {
+        let problem = quoted(&error.to_string());
+        format!("is a packed file that cannot be read: {problem}")
+    };
     let mut packed = ZipArchive::new(Cursor::new(bytes)).map_err(|error| unread(&error))?;
     let mut left = LARGEST + 1;
     for index in 0..packed.len() {
@@ -177,6 +180,9 @@ fn cell(data: &Data) -> String {
         Data::Int(value) => value.to_string(),
         Data::Float(value) => value.to_string(),
         Data::Bool(value) => format!("\"{value}\""),
+        Data::DateTime(moment) if !DAYS.contains(&moment.as_f64()) => {
+            format!("\"{} days\"", moment.as_f64())
+        }
         Data::DateTime(moment) => {
             let (year, month, day, hour, minute, second, milli) = moment.to_ymd_hms_milli();
             let time = format!("{hour:02}:{minute:02}:{second:02}.{milli:03}");

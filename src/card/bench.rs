@@ -9,7 +9,7 @@ use crate::model::valve::{AreaLaw, Drop, Meter, RATED_DROP};
 use crate::model::{Complete, Dynamics, Hold, Initial, Input, Output, Parameter, Plant, Structure};
 
 /// Pressure from P to T where the record's was measured, bar: at which servo valves are rated.
-const DROP: f64 = 70.0;
+pub(super) const DROP: f64 = 70.0;
 /// Share of an interval after which an answer counts as settled.
 const SETTLED: f64 = 0.99;
 /// Temperature of the oil, °C: that of ISO 10770-1's tests.

@@ -1,7 +1,8 @@
 //! The figures of the card: what each is, what it needs, and how it is read off the tests.
 
 use super::bench::Bench;
-use super::cycle::{Cycle, CycleFigures};
+use super::construction::CycleFigures;
+use super::cycle::Cycle;
 use super::quantity::{AMPLITUDES, Quantity};
 use super::response::Response;
 use super::step::Step;
@@ -12,7 +13,6 @@ pub(super) struct Tests {
     pub(super) cycle: Cycle,
     pub(super) responses: Vec<Response>,
     pub(super) step: Option<Step>,
-    full_scale: f64,
     figures: Option<CycleFigures>,
     leakage: Option<f64>,
 }
@@ -25,7 +25,7 @@ impl Tests {
         let valve = bench.structure.valve();
         let leakage = valve
             .and(figures.as_ref())
-            .map(|figures| leakage(bench, figures.null));
+            .map(|figures| leakage(bench, 0.01 * figures.null * full_scale));
         let responses = AMPLITUDES
             .iter()
             .filter_map(|&share| Response::of(bench, share));
@@ -33,7 +33,6 @@ impl Tests {
             responses: responses.collect(),
             step: Step::of(bench),
             cycle,
-            full_scale,
             figures,
             leakage,
         }
@@ -42,7 +41,9 @@ impl Tests {
     /// The value of every figure of [`FIGURES`].
     pub(super) fn values(&self) -> Vec<Option<f64>> {
         let value = |figure: &Definition| {
-            let value = (figure.value)(self).filter(|value| value.is_finite())?;
+            let value = self
+                .value(figure.source)
+                .filter(|value| value.is_finite())?;
             // What is left by arithmetic is not a figure.
             let nothing = figure.unit == "%" && value.abs() < 1e-4;
             Some(if nothing { 0.0 } else { value })
@@ -50,8 +51,19 @@ impl Tests {
         FIGURES.iter().map(value).collect()
     }
 
-    fn cycle(&self, figure: fn(&CycleFigures) -> f64) -> Option<f64> {
-        self.figures.as_ref().map(figure)
+    fn value(&self, source: Source) -> Option<f64> {
+        let response = |amplitude| {
+            let mut all = self.responses.iter();
+            all.find(|response| response.amplitude == amplitude)
+        };
+        match source {
+            Source::Cycle(figure) => figure(self.figures.as_ref()?),
+            Source::Leakage => self.leakage,
+            Source::AmplitudeLimit(amplitude) => response(amplitude)?.amplitude_limit,
+            Source::PhaseLimit(amplitude) => response(amplitude)?.phase_limit,
+            Source::StepTime => Some(1e3 * self.step.as_ref()?.time?),
+            Source::Overshoot => Some(self.step.as_ref()?.overshoot),
+        }
     }
 }
 
@@ -87,6 +99,26 @@ pub(super) enum Needs {
     Answer,
 }
 
+/// The test that a figure is read off, of the model as of a measurement.
+#[derive(Clone, Copy)]
+pub(super) enum Source {
+    /// The slow cycle.
+    Cycle(fn(&CycleFigures) -> Option<f64>),
+    /// The least flow from P to T.
+    Leakage,
+    /// The frequency response at this amplitude, %: where the gain has fallen by 3 dB.
+    AmplitudeLimit(f64),
+    /// The same: where the phase has fallen to −90°.
+    PhaseLimit(f64),
+    /// The step: how long it takes.
+    StepTime,
+    /// The same: how far it goes beyond its end.
+    Overshoot,
+}
+
+/// Why a cycle has no figures.
+pub(super) const NO_NULL: &str = "the output does not follow the command on both sides of the null";
+
 /// A figure before it has a value.
 pub(super) struct Definition {
     pub(super) quantity: Quantity,
@@ -95,7 +127,7 @@ pub(super) struct Definition {
     pub(super) unit: &'static str,
     pub(super) needs: Needs,
     note: &'static str,
-    value: fn(&Tests) -> Option<f64>,
+    pub(super) source: Source,
 }
 
 impl Definition {
@@ -109,7 +141,7 @@ impl Definition {
     pub(super) fn miss(&self) -> &'static str {
         match self.needs {
             Needs::Actuator => "not reached",
-            _ => "the output does not follow the command on both sides of the null",
+            _ => NO_NULL,
         }
     }
 }
@@ -120,7 +152,7 @@ const fn figure(
     unit: &'static str,
     needs: Needs,
     note: &'static str,
-    value: fn(&Tests) -> Option<f64>,
+    source: Source,
 ) -> Definition {
     Definition {
         quantity,
@@ -128,7 +160,7 @@ const fn figure(
         unit,
         needs,
         note,
-        value,
+        source,
     }
 }
 
@@ -145,7 +177,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "L/min",
         Needs::Valve(FULL),
         "at full command, mean of both sides",
-        |tests| tests.cycle(|cycle| cycle.rated),
+        Source::Cycle(|cycle| cycle.rated),
     ),
     figure(
         Quantity::FlowGain,
@@ -153,7 +185,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "L/min/command",
         Needs::Valve(STRAIGHT_PART),
         "slope from 20 to 80 % of full command",
-        |tests| tests.cycle(|cycle| cycle.gain),
+        Source::Cycle(|cycle| Some(cycle.gain)),
     ),
     figure(
         Quantity::Asymmetry,
@@ -161,15 +193,39 @@ pub(super) const FIGURES: &[Definition] = &[
         "%",
         Needs::Valve(STRAIGHT_PART),
         "flow gain of the positive side less that of the negative one",
-        |tests| tests.cycle(|cycle| cycle.asymmetry),
+        Source::Cycle(|cycle| Some(cycle.asymmetry)),
     ),
     figure(
         Quantity::Overlap,
         "overlap",
         "%",
         Needs::Valve(STRAIGHT_PART),
-        "where the straight parts of the flow curve meet zero; below zero: underlap",
-        |tests| tests.cycle(|cycle| cycle.overlap),
+        "half the lap; below zero: underlap",
+        Source::Cycle(|cycle| Some(0.5 * cycle.lap)),
+    ),
+    figure(
+        Quantity::Lap,
+        "lap",
+        "%",
+        Needs::Valve(STRAIGHT_PART),
+        "from where the straight part of one side meets zero to where the other's does; below zero: underlap",
+        Source::Cycle(|cycle| Some(cycle.lap)),
+    ),
+    figure(
+        Quantity::Linearity,
+        "linearity",
+        "%",
+        Needs::Valve(FULL),
+        "largest deviation of the mid curve from its best straight line, of the rated flow",
+        Source::Cycle(|cycle| cycle.linearity),
+    ),
+    figure(
+        Quantity::Polarity,
+        "polarity",
+        "1",
+        Needs::Valve(STRAIGHT_PART),
+        "sign of the flow at a positive command",
+        Source::Cycle(|cycle| Some(cycle.gain.signum())),
     ),
     figure(
         Quantity::Hysteresis,
@@ -177,7 +233,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "%",
         Needs::Answer,
         "slow cycle over full command",
-        |tests| tests.cycle(|cycle| cycle.hysteresis),
+        Source::Cycle(|cycle| Some(cycle.hysteresis)),
     ),
     figure(
         Quantity::NullBias,
@@ -185,10 +241,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "%",
         Needs::Answer,
         "command of no output",
-        |tests| {
-            let null = tests.figures.as_ref()?.null;
-            (null.abs() <= tests.full_scale).then_some(100.0 * null / tests.full_scale)
-        },
+        Source::Cycle(|cycle| Some(cycle.null).filter(|null| null.abs() <= 100.0)),
     ),
     figure(
         Quantity::Leakage,
@@ -196,7 +249,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "L/min",
         Needs::Leak,
         "from P to T at null, A and B closed",
-        |tests| tests.leakage,
+        Source::Leakage,
     ),
     figure(
         Quantity::AmplitudeLimit(AMPLITUDES[0]),
@@ -204,7 +257,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "Hz",
         Needs::Actuator,
         "",
-        |tests| tests.responses.first()?.amplitude_limit,
+        Source::AmplitudeLimit(AMPLITUDES[0]),
     ),
     figure(
         Quantity::PhaseLimit(AMPLITUDES[0]),
@@ -212,7 +265,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "Hz",
         Needs::Actuator,
         "",
-        |tests| tests.responses.first()?.phase_limit,
+        Source::PhaseLimit(AMPLITUDES[0]),
     ),
     figure(
         Quantity::AmplitudeLimit(AMPLITUDES[1]),
@@ -220,7 +273,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "Hz",
         Needs::Actuator,
         "",
-        |tests| tests.responses.get(1)?.amplitude_limit,
+        Source::AmplitudeLimit(AMPLITUDES[1]),
     ),
     figure(
         Quantity::PhaseLimit(AMPLITUDES[1]),
@@ -228,7 +281,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "Hz",
         Needs::Actuator,
         "",
-        |tests| tests.responses.get(1)?.phase_limit,
+        Source::PhaseLimit(AMPLITUDES[1]),
     ),
     figure(
         Quantity::AmplitudeLimit(AMPLITUDES[2]),
@@ -236,7 +289,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "Hz",
         Needs::Actuator,
         "",
-        |tests| tests.responses.get(2)?.amplitude_limit,
+        Source::AmplitudeLimit(AMPLITUDES[2]),
     ),
     figure(
         Quantity::PhaseLimit(AMPLITUDES[2]),
@@ -244,7 +297,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "Hz",
         Needs::Actuator,
         "",
-        |tests| tests.responses.get(2)?.phase_limit,
+        Source::PhaseLimit(AMPLITUDES[2]),
     ),
     figure(
         Quantity::StepTime,
@@ -252,7 +305,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "ms",
         Needs::Actuator,
         "until 90 % of the way",
-        |tests| Some(1e3 * tests.step.as_ref()?.time?),
+        Source::StepTime,
     ),
     figure(
         Quantity::Overshoot,
@@ -260,7 +313,7 @@ pub(super) const FIGURES: &[Definition] = &[
         "%",
         Needs::Actuator,
         "of that step",
-        |tests| Some(tests.step.as_ref()?.overshoot),
+        Source::Overshoot,
     ),
 ];
 

@@ -5,18 +5,22 @@
 //! measured the bench has 70 bar from P to T, otherwise the model's `rated_drop`; no load.
 
 mod bench;
+mod construction;
 mod cycle;
 mod figures;
+mod measured;
 mod quantity;
 mod response;
 mod step;
 
 use crate::evaluate::Problem;
+use crate::model::Hold;
 use crate::search::Fit;
 use crate::search::polish::spread;
 use bench::Bench;
 pub use cycle::Cycle;
 use figures::{Conditions, Definition, FIGURES, Tests};
+pub use measured::{Accuracy, Measured, Reading};
 pub use quantity::{AMPLITUDES, Quantity};
 use rayon::prelude::*;
 pub use response::{Point, Response};
@@ -43,6 +47,10 @@ pub struct Figure {
     pub no_interval: Option<&'static str>,
     /// Conditions, or why there is no value.
     pub note: String,
+    /// The same figure read off the measured curve, without the model; null where the records have no test of it.
+    pub measured: Option<Reading>,
+    /// Why it was not measured; null where it was.
+    pub no_measured: Option<String>,
 }
 
 /// Why a value has no interval: zero is all that the model can say.
@@ -51,8 +59,15 @@ const NONE_IN_MODEL: &str = "the model has none";
 const UNEXPLAINED: &str = "the model is incomplete";
 /// The same: what noise there is does not show.
 const NO_NOISE: &str = "as many parameters as points";
+/// The same: it is no number but a direction.
+const SIGN: &str = "a sign";
+/// Why nothing was measured: there is no record.
+const NO_RECORD: &str = "no record was given";
 /// The same: it is what the parameters were set to.
 const NOT_FITTED: &str = "not fitted";
+
+/// Share of a figure below which two of them are the same.
+const ARITHMETIC: f64 = 1e-3;
 
 impl Figure {
     /// The figure of a model that does not explain its record: intervals assume that it does.
@@ -64,6 +79,27 @@ impl Figure {
             no_interval: known,
             ..self
         }
+    }
+
+    /// Whether model and measurement differ by more than their intervals joined.
+    pub fn disagrees(&self) -> bool {
+        let (Some(value), Some(measured)) = (self.value, &self.measured) else {
+            return false;
+        };
+        // Half of an interval on the side of the other value.
+        let half = |low: f64, own: f64, high: f64, other: f64| match other > own {
+            true => high - own,
+            false => own - low,
+        };
+        let of_model = match (self.low, self.high) {
+            (Some(low), Some(high)) => half(low, value, high, measured.value),
+            _ => 0.0,
+        };
+        let of_measured = half(measured.low, measured.value, measured.high, value);
+        let apart = (value - measured.value).abs();
+        // What arithmetic leaves is no difference.
+        let least = ARITHMETIC * value.abs().max(measured.value.abs());
+        apart > of_model.hypot(of_measured).max(least)
     }
 }
 
@@ -78,6 +114,8 @@ pub struct Card {
     pub responses: Vec<Response>,
     /// The step from zero to full scale.
     pub step: Option<Step>,
+    /// What was measured of them, where there are records.
+    pub measured: Option<Curves>,
 }
 
 impl Card {
@@ -118,6 +156,7 @@ impl Card {
             let known = match found {
                 Err(_) => Err(None),
                 Ok(_) if fit.polished.is_none() => Err(Some(NOT_FITTED)),
+                Ok(_) if figure.quantity == Quantity::Polarity => Err(Some(SIGN)),
                 Ok(_) if !noisy => Err(Some(NO_NOISE)),
                 Ok((_, ends)) if ends == [0.0; 2] && figure.has_a_cause_of_its_own() => {
                     Err(Some(NONE_IN_MODEL))
@@ -135,6 +174,8 @@ impl Card {
                 high: known.ok().map(|[_, high]| high),
                 no_interval: known.err().flatten(),
                 note: found.err().unwrap_or_else(|| conditions.note(figure)),
+                measured: None,
+                no_measured: Some(NO_RECORD.into()),
             }
         };
         Self {
@@ -142,8 +183,38 @@ impl Card {
             cycle: tests.cycle,
             responses: tests.responses,
             step: tests.step,
+            measured: None,
         }
     }
+
+    /// The card with each figure a second time, as `measured` shows it. The accuracy of the sensors joins the intervals of both:
+    /// the model was fitted to what they said. The command between two rows is as `hold` says.
+    pub fn beside(mut self, measured: Measured, hold: Hold) -> Self {
+        for (definition, figure) in FIGURES.iter().zip(&mut self.figures) {
+            let sensors = measured.sensors_in(definition, &self.cycle);
+            if let (Some(value), Some(low), Some(high)) = (figure.value, figure.low, figure.high) {
+                figure.low = Some(value - sensors.hypot(value - low));
+                figure.high = Some(value + sensors.hypot(high - value));
+            }
+            let found = measured.read(definition, hold);
+            figure.no_measured = found.as_ref().err().cloned();
+            figure.measured = found.ok();
+        }
+        self.measured = Some(Curves {
+            cycle: measured.cycle(),
+            responses: measured.responses(hold),
+        });
+        self
+    }
+}
+
+/// The curves that were measured, beside those of the model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curves {
+    /// The slow cycle.
+    pub cycle: Option<Cycle>,
+    /// The response of each record that has one.
+    pub responses: Vec<Vec<Point>>,
 }
 
 /// A direction of parameter space, with the figures at both ends; `None` where the valve does not have the figure.

@@ -15,8 +15,14 @@ pub enum Quantity {
     FlowGain,
     /// Difference of the flow gains of both sides.
     Asymmetry,
-    /// Where the straight parts of the flow curve meet zero.
+    /// Half the [`Quantity::Lap`]: that of one side.
     Overlap,
+    /// From where the straight part of one side of the flow curve meets zero to where the other's does.
+    Lap,
+    /// Deviation of the flow curve from a straight line.
+    Linearity,
+    /// Sign of the flow at a positive command.
+    Polarity,
     /// Width of the slow cycle.
     Hysteresis,
     /// Command of no output.
@@ -40,6 +46,9 @@ impl Display for Quantity {
             Self::FlowGain => "flow_gain",
             Self::Asymmetry => "asymmetry",
             Self::Overlap => "overlap",
+            Self::Lap => "lap",
+            Self::Linearity => "linearity",
+            Self::Polarity => "polarity",
             Self::Hysteresis => "hysteresis",
             Self::NullBias => "null_bias",
             Self::Leakage => "leakage",

@@ -5,7 +5,7 @@ use super::bench::Bench;
 /// Rows in the slowest time constant, and how many of them the answer is watched.
 const ROWS: (f64, f64) = (60.0, 15.0);
 /// The step is done when the spool has gone this share of its way.
-const DONE: f64 = 0.9;
+pub(super) const DONE: f64 = 0.9;
 
 /// Spool over time after a step of the command from zero to full scale.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,7 +7,7 @@ use super::options::{self, Options, spinner};
 use super::reading::ReadingOptions;
 use super::work::interrupted;
 use super::{colour, interrupt};
-use servobee::card::Card;
+use servobee::card::{Accuracy, Card, Measured};
 use servobee::diagnose::{self, Cut, IdentificationProblem, ROWS, identify};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{Fingerprint, parameters_for, structure_for};
@@ -49,6 +49,10 @@ pub(super) struct Arguments {
     /// Largest number of effects that are added
     #[arg(long, value_name = "N", default_value_t = 4)]
     max_effects: usize,
+    /// How far sensors may be off (95 %), which joins the intervals of the valve card: "flow=0.5 %, pressure=0.2 %", in % of
+    /// the largest value of the curve, of the command in % of full scale
+    #[arg(long, value_name = "SENSOR=PERCENT,...")]
+    accuracy: Option<Accuracy>,
     #[command(flatten)]
     options: Options,
 }
@@ -120,6 +124,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         hold_known: file.as_ref().is_some_and(ModelFile::says_hold),
         ..IdentificationProblem::new(structure, parameters, &records, &held_out, cut)?
     };
+    let all: Vec<&Record> = records.iter().chain(&held_out).collect();
+    let measured = Measured::of(
+        &problem.structure,
+        &all,
+        &arguments.accuracy.clone().unwrap_or_default(),
+    );
     drop((records, held_out));
     let measurements = &problem.measurements;
     let used = measurements.used();
@@ -154,7 +164,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     bar.set_message("valve card");
     let result = result.map(|(identified, of_run)| {
         let after = &identified.after;
-        let card = Card::of(&after.problem, &after.fit);
+        let hold = after.problem.structure.hold;
+        let card = Card::of(&after.problem, &after.fit).beside(measured, hold);
         (identified, card, of_run)
     });
     bar.finish_and_clear();

@@ -5,9 +5,10 @@ use super::findings::{
     RemainingReport,
 };
 use super::no_name::asked;
+use super::number::number;
 use super::parameter::{ParameterReport, not_identifiable};
 use super::provenance::{Call, HoldReport, InputFile, Program, now};
-use crate::card::{Card, Figure};
+use crate::card::{Card, Figure, Quantity};
 use crate::diagnose::{Identified, Improvement, Sides, Unexcited, Used, Verdict};
 use crate::evaluate::{Chosen, Score};
 use crate::search::datasheet::Measured;
@@ -125,6 +126,7 @@ impl Document {
                 ));
             }
         }
+        warnings.extend(card.figures.iter().filter_map(disagreement));
         let remaining = RemainingReport::of(&after.remaining);
         if remaining.structured {
             warnings.push("the intervals assume that the model is complete, and the residual says that it is not".into());
@@ -284,6 +286,29 @@ impl Document {
         text.push('\n');
         text
     }
+}
+
+/// That the model's figure and the measured one differ by more than their intervals, with both.
+fn disagreement(figure: &Figure) -> Option<String> {
+    let (value, measured) = (figure.value?, figure.measured.as_ref()?);
+    let unit = match figure.unit.as_str() {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let what = match figure.quantity {
+        // A loop shows what lags, too, the meter not least.
+        Quantity::Hysteresis => "the measured loop, with what lags in it, ",
+        _ => "the measured curve ",
+    };
+    figure.disagrees().then(|| {
+        format!(
+            "{}: the model has {}{unit}, {what}{}{unit} ({})",
+            figure.label,
+            number(value),
+            number(measured.value),
+            measured.test
+        )
+    })
 }
 
 /// The figures of the card: of a model that does not explain its record, without intervals.

@@ -33,4 +33,5 @@ pub use polished::{Flat, Polished, Stop};
 pub use profile::profile;
 pub use spread::{Axis, spread};
 pub use triangle::Triangle;
+pub(crate) use uncertainty::student_t;
 pub use uncertainty::{Uncertainty, UncertaintyOptions};

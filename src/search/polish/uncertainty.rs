@@ -137,7 +137,7 @@ fn reach(parameter: &Parameter) -> f64 {
 ///
 /// Above a thousand degrees of freedom, where statrs loses digits (1.83 at 10⁷), it is Fisher's expansion about the
 /// normal quantile (Abramowitz and Stegun 26.7.5).
-fn student_t(degrees_of_freedom: f64) -> f64 {
+pub(crate) fn student_t(degrees_of_freedom: f64) -> f64 {
     if degrees_of_freedom > 1000.0 {
         let z: f64 = 1.959_963_984_540_054;
         let first = z * (z.powi(2) + 1.0) / 4.0;

@@ -19,7 +19,7 @@
 //!   sensitivities that says how well the data determine each parameter, and which it cannot tell apart.
 //! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
 //!   leave on data that was never fitted. Its statistics know nothing of the procedure that uses them.
-//! - [`card`]: the figures of a datasheet that follow from a fitted model.
+//! - [`card`]: the figures of a datasheet, as they follow from a fitted model and as the measured curves show them.
 //! - [`report`]: what a run tells and leaves behind.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!

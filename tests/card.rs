@@ -2,13 +2,13 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servobee::card::{Card, Figure};
-use servobee::evaluate::problem::{Data, Sample, Series};
+use servobee::card::{Accuracy, Card, Figure, Measured};
+use servobee::evaluate::problem::{Data, Sample, Series as Rows};
 use servobee::evaluate::reference;
 use servobee::evaluate::{Memory, Problem};
 use servobee::model::valve::{Drop, ValveForm};
-use servobee::model::{Complete, Input, Output, Outputs, ServoValve, Structure};
-use servobee::record::FlowCurve;
+use servobee::model::{Complete, Hold, Input, Output, Outputs, ServoValve, Structure};
+use servobee::record::{Channel, FlowCurve, Record, Series};
 use servobee::search::datasheet::Sheet;
 use servobee::search::{Plan, refine};
 use std::f64::consts::{PI, TAU};
@@ -60,7 +60,7 @@ fn problem(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64)
             ..Sample::default()
         }
     };
-    let mut series = Series {
+    let mut series = Rows {
         name: "steps".into(),
         samples: (0..2000).map(&mut row).collect(),
         time: (0..2000).map(|k| 1e-3 * k as f64).collect(),
@@ -386,4 +386,109 @@ fn what_was_not_measured_has_no_value_but_a_reason() {
         assert_eq!((figure.value, figure.low, figure.high), (None, None, None));
         assert_eq!(figure.note, "no flow was measured");
     }
+}
+
+/// A slow triangle of three cycles of 40 s on a valve that is drawn by formulas: its flow at 70 bar, measured at
+/// a supply pressure that breathes.
+fn slow_cycles(flow: impl Fn(f64, f64) -> f64) -> Record {
+    let time: Vec<f64> = (0..6500).map(|k| 0.02 * f64::from(k)).collect();
+    let angle = |t: &f64| TAU * t / 40.0;
+    let command = |t: &f64| FULL * angle(t).sin().asin() / (0.5 * PI);
+    let supply = |t: &f64| 90.0 + 15.0 * (0.7 * t).sin();
+    let measured = |t: &f64| {
+        let ripple = 0.05 * (331.0 * t).sin();
+        flow(command(t), angle(t).cos().signum()) * (supply(t) / 70.0).sqrt() + ripple
+    };
+    let column = |of: &dyn Fn(&f64) -> f64| time.iter().map(of).collect::<Vec<f64>>();
+    let channels = [
+        (Channel::Command, Series::new("V", column(&command))),
+        (Channel::Flow, Series::new("L/min", column(&measured))),
+        (Channel::SupplyPressure, Series::new("bar", column(&supply))),
+    ];
+    Record::new("sweep", time.clone(), channels).unwrap()
+}
+
+#[test]
+fn each_figure_stands_beside_the_one_of_the_measured_curve() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.001),
+        ("saturation", 3.0),
+        ("max_area", 0.5),
+        ("overlap", 2.0),
+    ];
+    let structure = valve(&["overlap"]);
+    let card = card(&structure, &values, 0.001, 1);
+    let gain = value(&card, "flow_gain");
+    let lapped = move |opening: f64| gain * (opening.abs() - 0.2).max(0.0) * opening.signum();
+    let beside = |record: &Record, accuracy: &str| {
+        let accuracy = match accuracy {
+            "" => Accuracy::default(),
+            text => text.parse().unwrap(),
+        };
+        let measured = Measured::of(&structure, &[record], &accuracy);
+        card.clone().beside(measured, Hold::Held)
+    };
+
+    // The valve that the model is: nothing to warn of.
+    let same = beside(&slow_cycles(|u, _| lapped(u)), "");
+    for (name, expected, tolerance) in [
+        ("rated_flow", 9.8 * gain, 0.05),
+        ("flow_gain", gain, 0.02),
+        ("overlap", 2.0, 0.1),
+        ("lap", 4.0, 0.2),
+        ("asymmetry", 0.0, 0.5),
+        ("hysteresis", 0.0, 0.2),
+        ("null_bias", 0.0, 0.1),
+        ("polarity", 1.0, 0.0),
+    ] {
+        let one = figure(&same, name);
+        let measured = one.measured.as_ref().unwrap();
+        println!("{name}: {:?} and {measured:?}", one.value);
+        assert!((measured.value - expected).abs() <= tolerance, "{name}");
+        let test = "flow over command, 3 cycles of 40 s, corrected to 70 bar";
+        assert_eq!(
+            (measured.test.as_str(), one.no_measured.as_deref()),
+            (test, None)
+        );
+        assert!(measured.low <= measured.value && measured.value <= measured.high);
+        let near = (one.value.unwrap() - measured.value).abs() <= tolerance;
+        assert!(near || name == "hysteresis", "{name}");
+    }
+    let step = figure(&same, "step_time");
+    assert_eq!(step.measured, None);
+    let reason = "the records have no step from zero to full scale";
+    assert_eq!(step.no_measured.as_deref(), Some(reason));
+
+    // Another valve than the model's: a loop, a null, the ports the other way round.
+    let other = beside(
+        &slow_cycles(|u, direction| -lapped(u - 0.15 * direction - 0.4)),
+        "",
+    );
+    for (name, expected) in [("hysteresis", 3.0), ("null_bias", 4.0), ("polarity", -1.0)] {
+        let one = figure(&other, name);
+        let measured = one.measured.as_ref().unwrap().value;
+        assert!((measured - expected).abs() < 0.15, "{name}: {measured}");
+        assert!(one.disagrees(), "{name}");
+    }
+    assert!(!figure(&other, "lap").disagrees());
+
+    // A meter that may be off by a hundredth is as uncertain for the model that was fitted to it.
+    let unsure = beside(&slow_cycles(|u, _| lapped(u)), "flow=1 %");
+    let (before, after) = (figure(&same, "rated_flow"), figure(&unsure, "rated_flow"));
+    let width = |low: f64, high: f64| 0.5 * (high - low);
+    let model = width(after.low.unwrap(), after.high.unwrap());
+    let measured = after.measured.as_ref().unwrap();
+    let expected = 0.098 * gain;
+    assert!((width(measured.low, measured.high) / expected - 1.0).abs() < 0.1);
+    assert!(
+        (model / expected - 1.0).abs() < 0.1,
+        "{model} for {expected}"
+    );
+    assert!(width(before.low.unwrap(), before.high.unwrap()) < 0.2 * model);
+    // The drop of 70 bar is 90 in the record: a hundredth of 105 bar is half of 1.17 % of the flow.
+    let gauge = beside(&slow_cycles(|u, _| lapped(u)), "pressure=1 %");
+    let measured = figure(&gauge, "rated_flow").measured.clone().unwrap();
+    let expected = 9.8 * gain * 0.5 * 1.05 / 90.0;
+    assert!((width(measured.low, measured.high) / expected - 1.0).abs() < 0.1);
 }

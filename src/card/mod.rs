@@ -3,6 +3,8 @@
 //!
 //! The bench is dry of the record's sensors: effects of the measurement are left out. Where the record's pressures were
 //! measured the bench has 70 bar from P to T, otherwise the model's `rated_drop`; no load.
+//!
+//! Each figure can stand there twice: [`Measured`] reads it off the records' own curves, by the same construction.
 
 mod bench;
 mod construction;

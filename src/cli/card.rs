@@ -5,39 +5,73 @@ use servobee::card::Figure;
 use servobee::diagnose::Verdict;
 use servobee::report::{Document, explain};
 
-/// Prints the figures that have a value, and why the others have none. Conditions are in the report.
+/// Prints the figures that the model or a measurement gives, by which tests they were measured, and why there are no others.
+/// Conditions are in the report.
 pub(super) fn print(document: &Document) {
     if document.verdict == Verdict::Unexplained {
         tell!("{}", explain::INCOMPLETE);
     }
-    let (known, unknown): (Vec<&Figure>, Vec<&Figure>) = document
-        .card
+    let figures = &document.card;
+    let measured = figures.iter().any(|figure| figure.measured.is_some());
+    let known = figures
         .iter()
-        .partition(|figure| figure.value.is_some());
-    let row = |figure: &&Figure| {
+        .filter(|figure| figure.value.is_some() || figure.measured.is_some());
+    let row = |figure: &Figure| {
         let interval = match (figure.low, figure.high) {
             (Some(low), Some(high)) => format!("{} .. {}", number(low), number(high)),
             _ => figure.no_interval.unwrap_or_default().into(),
         };
-        vec![
+        let mut cells = vec![
             figure.label.clone(),
             figure.unit.clone(),
             figure.value.map_or("-".into(), number),
             interval,
-        ]
-    };
-    let head = ["valve card", "unit", "value", "95 % interval"];
-    tell!("{}", table(&head, known.iter().map(row)));
-    let mut reasons: Vec<&str> = Vec::new();
-    for figure in &unknown {
-        if !reasons.contains(&figure.note.as_str()) {
-            reasons.push(&figure.note);
+        ];
+        if measured {
+            cells.extend(match &figure.measured {
+                None => ["-".into(), String::new()],
+                Some(one) => [
+                    number(one.value),
+                    format!("{} .. {}", number(one.low), number(one.high)),
+                ],
+            });
         }
+        cells
+    };
+    let mut heads = vec!["valve card", "unit", "value", "95 % interval"];
+    if measured {
+        heads[2] = "model";
+        heads.extend(["measured", "95 % interval"]);
     }
-    for reason in reasons {
-        let own = unknown.iter().filter(|figure| figure.note == reason);
-        let labels: Vec<&str> = own.map(|figure| figure.label.as_str()).collect();
-        tell!("No {}: {reason}.", labels.join(", "));
+    tell!("{}", table(&heads, known.map(row)));
+    for (reason, labels) in grouped(figures, |figure| {
+        figure.value.is_none().then_some(figure.note.as_str())
+    }) {
+        tell!("No {labels}: {reason}.");
+    }
+    for (test, labels) in grouped(figures, |figure| {
+        figure.measured.as_ref().map(|one| one.test.as_str())
+    }) {
+        tell!("Measured by {test}: {labels}.");
+    }
+    for (reason, labels) in grouped(figures, |figure| figure.no_measured.as_deref()) {
+        tell!("Not measured: {labels}: {reason}.");
     }
     tell!();
+}
+
+/// What `of` says of figures, each text once, and the labels of those that it says it of.
+fn grouped<'f>(
+    figures: &'f [Figure],
+    of: impl Fn(&'f Figure) -> Option<&'f str>,
+) -> Vec<(&'f str, String)> {
+    let mut groups: Vec<(&str, String)> = Vec::new();
+    for figure in figures {
+        let Some(text) = of(figure) else { continue };
+        match groups.iter_mut().find(|(own, _)| *own == text) {
+            Some((_, labels)) => *labels += &format!(", {}", figure.label),
+            None => groups.push((text, figure.label.clone())),
+        }
+    }
+    groups
 }

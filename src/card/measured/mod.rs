@@ -9,7 +9,7 @@ mod sweep;
 
 use super::bench::DROP;
 use super::cycle::Cycle;
-use super::figures::{Definition, Needs, Source};
+use super::figures::{Definition, NO_NULL, Needs, Source};
 use super::response::Point;
 use crate::model::valve::Drop;
 use crate::model::{Hold, Structure};
@@ -117,9 +117,10 @@ impl Measured {
                     return Err("no flow was measured".into());
                 }
                 let sweep = self.sweep.as_ref().map_err(Clone::clone)?;
-                let (found, spread) = sweep.figures().ok_or(super::figures::NO_NULL)?;
-                let value = own(&found).ok_or("the cycle ends before full scale")?;
-                let half = spread.half_width(|one| own(one).unwrap_or(f64::NAN));
+                let (found, spread) = sweep.figures.as_ref().ok_or(NO_NULL)?;
+                let value = own(found).ok_or("the cycle ends before full scale")?;
+                let half = Some(spread.half_width(own)).filter(|half| half.is_finite());
+                let half = half.ok_or("the cycles are too unlike each other")?;
                 let sensors = self.sensors.half_width(&sweep.pooled(), self.full, own);
                 let count = match sweep.count() {
                     1 => "a cycle".into(),
@@ -142,27 +143,27 @@ impl Measured {
         }
     }
 
-    /// The surest reading at this amplitude.
+    /// The surest reading at this amplitude; otherwise why the response that comes closest to one has none.
     fn limit(
         &self,
         amplitude: f64,
         read: impl Fn(&Empirical) -> Result<Reading, String>,
     ) -> Result<Reading, String> {
-        let mut best: Result<Reading, String> = Err("no spool or flow was measured".into());
-        for response in &self.responses {
-            let found = match response {
-                Ok(one) if one.is_at(amplitude) => read(one),
-                Ok(one) => Err(one.elsewhere()),
-                Err(reason) => Err(reason.clone()),
-            };
-            let width = |one: &Reading| one.high - one.low;
-            best = match (best, found) {
-                (Ok(old), Ok(new)) if width(&new) < width(&old) => Ok(new),
-                (Ok(old), _) => Ok(old),
-                (Err(_), new) => new,
-            };
-        }
-        best
+        let known = || self.responses.iter().flatten();
+        let width = |one: &Reading| one.high - one.low;
+        let here = known().filter(|one| one.is_at(amplitude)).map(&read);
+        let surest = here.reduce(|best, next| match (&best, &next) {
+            (Ok(old), Ok(new)) if width(new) < width(old) => next,
+            (Err(_), Ok(_)) => next,
+            _ => best,
+        });
+        surest.unwrap_or_else(|| {
+            Err(match (known().next(), self.responses.first()) {
+                (Some(other), _) => other.elsewhere(),
+                (None, Some(Err(reason))) => reason.clone(),
+                _ => "no spool or flow was measured".into(),
+            })
+        })
     }
 
     /// How far the sensors may be off in a figure of the slow cycle that is read off the model's cycle: it was fitted to them.

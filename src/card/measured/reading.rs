@@ -30,6 +30,7 @@ impl Reading {
 }
 
 /// The figures of every cycle, or of draws of what a single one could have been.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spread {
     pub(super) others: Vec<CycleFigures>,
     /// Half-widths of the 95 % interval in a standard deviation.
@@ -37,9 +38,9 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Half the width of the 95 % interval of a figure.
-    pub(super) fn half_width(&self, figure: impl Fn(&CycleFigures) -> f64) -> f64 {
-        let values: Vec<f64> = self.others.iter().map(figure).collect();
+    /// Half the width of the 95 % interval of a figure; not a number where fewer than two have it.
+    pub(super) fn half_width(&self, figure: impl Fn(&CycleFigures) -> Option<f64>) -> f64 {
+        let values: Vec<f64> = self.others.iter().filter_map(figure).collect();
         self.factor * deviation(&values)
     }
 }
@@ -58,8 +59,12 @@ pub(super) fn student_half(count: usize) -> f64 {
     student_t(freedom) / (count as f64).sqrt()
 }
 
-/// A number to three digits.
+/// A number to three digits, as short as that allows.
 pub(super) fn short(value: f64) -> String {
     let digits = 2.0 - value.abs().max(1e-3).log10().floor();
-    format!("{value:.*}", digits.max(0.0) as usize)
+    let text = format!("{value:.*}", digits.max(0.0) as usize);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').into(),
+        false => text,
+    }
 }

@@ -38,6 +38,8 @@ pub(super) struct Sweep {
     /// How long a cycle took, s: the mean.
     pub(super) period: f64,
     full: f64,
+    /// The figures, and how sure each is; none where the output does not follow the command.
+    pub(super) figures: Option<(CycleFigures, Spread)>,
 }
 
 /// A passage of the command from one side to the other.
@@ -94,12 +96,15 @@ impl Sweep {
             rising: up.curve(&commands, full),
         });
         let squares = all.iter().map(|branch| branch.scatter().powi(2));
-        Ok(Self {
+        let mut sweep = Self {
             cycles: cycles.collect(),
             scatter: (squares.sum::<f64>() / all.len() as f64).sqrt(),
             period: all.iter().map(|one| one.period).sum::<f64>() / all.len() as f64,
             full,
-        })
+            figures: None,
+        };
+        sweep.figures = sweep.read();
+        Ok(sweep)
     }
 
     /// How many cycles there are.
@@ -126,7 +131,7 @@ impl Sweep {
 
     /// The figures, and how sure each is: by repeatability over the cycles where there are several, otherwise by the scatter
     /// along the curve.
-    pub(super) fn figures(&self) -> Option<(CycleFigures, Spread)> {
+    fn read(&self) -> Option<(CycleFigures, Spread)> {
         let own = self.pooled().figures(self.full)?;
         let several = self.cycles.len() >= SEVERAL;
         let others: Vec<CycleFigures> = match several {
@@ -294,9 +299,10 @@ mod tests {
         reach: f64,
         sine: bool,
         noise: f64,
+        seed: u64,
         output: impl Fn(f64, f64) -> f64,
     ) -> [Vec<f64>; 3] {
-        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
         let count = (50.0 * period * (cycles + 0.25)) as usize;
         let time: Vec<f64> = (0..count).map(|k| 0.02 * k as f64).collect();
         let command = |t: &f64| match sine {
@@ -322,31 +328,53 @@ mod tests {
         6.0 * (opening.abs() - 0.2).max(0.0) * opening.signum()
     }
 
+    type Read = fn(&CycleFigures) -> Option<f64>;
+
+    /// The figures of [`valve`].
+    const VALVE: [(&str, Read, f64); 6] = [
+        // As both ends are approached it is open by 9.4 and 10 V.
+        ("rated", |one| one.rated, 58.2),
+        ("gain", |one| Some(one.gain), 6.0),
+        ("lap", |one| Some(one.lap), 4.0),
+        ("asymmetry", |one| Some(one.asymmetry), 0.0),
+        ("hysteresis", |one| Some(one.hysteresis), 2.0),
+        ("null", |one| Some(one.null), 3.0),
+    ];
+
     #[test]
     fn a_noisy_slow_cycle_has_the_figures_that_were_drawn() {
         for (sine, cycles) in [(false, 1.0), (true, 1.0), (false, 4.0)] {
-            let record = record(cycles, 40.0, 10.0, sine, 0.3, valve);
+            let record = record(cycles, 40.0, 10.0, sine, 0.3, 7, valve);
             let sweep = sweep(&record, 10.0).unwrap();
             assert_eq!(sweep.count(), cycles as usize);
             assert!((sweep.period - 40.0).abs() < 0.5, "{}", sweep.period);
-            let (found, spread) = sweep.figures().unwrap();
-            let rated = 0.5 * (6.0 * (10.0 - 0.1 - 0.5) + 6.0 * (10.0 - 0.1 + 0.1));
-            let expected: [(fn(&CycleFigures) -> f64, f64); 6] = [
-                (|one| one.rated.unwrap(), rated),
-                (|one| one.gain, 6.0),
-                (|one| one.lap, 4.0),
-                (|one| one.asymmetry, 0.0),
-                (|one| one.hysteresis, 2.0),
-                (|one| one.null, 3.0),
-            ];
-            for (i, (figure, expected)) in expected.into_iter().enumerate() {
-                let (value, half) = (figure(&found), spread.half_width(figure));
-                println!("{sine} {cycles} {i}: {value} ± {half} for {expected}");
-                assert!(half > 0.0 && half < 0.05 * expected.abs().max(5.0));
+            let (found, spread) = sweep.figures.unwrap();
+            for (name, figure, expected) in VALVE {
+                let (value, half) = (figure(&found).unwrap(), spread.half_width(figure));
+                println!("{sine} {cycles} {name}: {value} ± {half} for {expected}");
+                assert!(half > 0.0 && half < 0.05 * expected.abs().max(10.0));
                 assert!(
                     (value - expected).abs() < 2.0 * half,
-                    "{i}: {value} ± {half}"
+                    "{name}: {value} ± {half}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn intervals_of_measured_figures_hold_what_they_promise() {
+        let runs = 60;
+        for cycles in [1.0, 4.0] {
+            for (name, figure, expected) in VALVE {
+                let held = (0..runs).filter(|&seed| {
+                    let record = record(cycles, 40.0, 10.0, false, 0.3, seed, valve);
+                    let (found, spread) = sweep(&record, 10.0).unwrap().figures.unwrap();
+                    let value = figure(&found).unwrap();
+                    (value - expected).abs() <= spread.half_width(figure)
+                });
+                let held = held.count();
+                println!("{cycles} cycles, {name}: {held} of {runs}");
+                assert!(held >= 50, "{cycles} cycles, {name}: {held} of {runs}");
             }
         }
     }
@@ -354,13 +382,13 @@ mod tests {
     #[test]
     fn what_is_fast_partial_or_stepped_is_no_slow_cycle() {
         let reason = |record: [Vec<f64>; 3]| sweep(&record, 10.0).unwrap_err();
-        let fast = reason(record(3.0, 2.0, 10.0, false, 0.0, valve));
+        let fast = reason(record(3.0, 2.0, 10.0, false, 0.0, 7, valve));
         assert!(fast.contains("too fast"), "{fast}");
-        let small = reason(record(3.0, 40.0, 6.0, false, 0.0, valve));
+        let small = reason(record(3.0, 40.0, 6.0, false, 0.0, 7, valve));
         assert!(small.contains("no cycle"), "{small}");
-        let single = reason(record(0.5, 40.0, 10.0, false, 0.0, valve));
+        let single = reason(record(0.5, 40.0, 10.0, false, 0.0, 7, valve));
         assert!(single.contains("one direction"), "{single}");
-        let mut square = record(3.0, 40.0, 10.0, false, 0.0, valve);
+        let mut square = record(3.0, 40.0, 10.0, false, 0.0, 7, valve);
         for command in &mut square[1] {
             *command = 10.0 * command.signum();
         }
@@ -371,21 +399,21 @@ mod tests {
     fn the_slowest_of_several_sweeps_is_read() {
         // A meter's lag of 0.5 s, as it shows on a triangle.
         let lagging = |period: f64| {
-            record(3.0, period, 10.0, false, 0.0, move |u, direction| {
+            record(3.0, period, 10.0, false, 0.0, 7, move |u, direction| {
                 6.0 * (u - direction * 0.5 * 40.0 / period)
             })
         };
         let [fast, slow] = [20.0, 200.0].map(lagging);
         let both = [&fast, &slow].map(|one| one.each_ref().map(|column| column.as_slice()));
         let sweep = Sweep::of(&both, 10.0).unwrap();
-        let (found, _) = sweep.figures().unwrap();
+        let (found, _) = sweep.figures.clone().unwrap();
         assert!((sweep.period - 200.0).abs() < 1.0 && sweep.count() == 3);
         assert!((found.hysteresis - 2.0).abs() < 0.02, "{found:?}");
     }
 
     #[test]
     fn a_meter_without_a_sign_gives_no_figures() {
-        let unsigned = record(2.0, 40.0, 10.0, false, 0.1, |u, d| valve(u, d).abs());
-        assert!(sweep(&unsigned, 10.0).unwrap().figures().is_none());
+        let unsigned = record(2.0, 40.0, 10.0, false, 0.1, 7, |u, d| valve(u, d).abs());
+        assert!(sweep(&unsigned, 10.0).unwrap().figures.is_none());
     }
 }

@@ -6,7 +6,7 @@ use super::plot::{Mark, Panel};
 use super::role::Role;
 use super::rows::Rows;
 use super::words::capitalised;
-use crate::card::{Card, Cycle, Figure, Point, Quantity, Response, Step};
+use crate::card::{Card, Figure, Point, Quantity, Response, Step};
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
 use crate::record::joined;
@@ -23,17 +23,22 @@ pub(super) fn all(card: &Card, figures: &[Figure], identified: &Identified) -> M
     html! {
         @if identified.verdict == Verdict::Unexplained { p { (explain::INCOMPLETE) } }
         (table(figures))
-        (flow_curve(&card.cycle, figures, identified))
-        (bode(&card.responses, figures))
+        (flow_curve(card, figures, identified))
+        (bode(card, figures))
         @if let Some(step) = &card.step { (of_step(step)) }
     }
 }
 
-/// The table of figures.
+/// The table of figures: those of the model, and beside them the measured ones where there are any.
 pub(super) fn table(figures: &[Figure]) -> Markup {
+    let measured = figures.iter().any(|figure| figure.measured.is_some());
     html! {
         div.scroll { table {
-            thead { tr { th { "figure" } th { "unit" } th.n { "value" } th.n { "95 % interval" } th { "conditions" } } }
+            thead { tr {
+                th { "figure" } th { "unit" } th.n { "model" } th.n { "95 % interval" }
+                @if measured { th.n { "measured" } th.n { "95 % interval" } th { "measured by" } }
+                th { "conditions" }
+            } }
             tbody { @for figure in figures {
                 tr {
                     td { (figure.label) } td { (figure.unit) }
@@ -42,12 +47,42 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
                         @if let (Some(low), Some(high)) = (figure.low, figure.high) { (shown(low)) " … " (shown(high)) }
                         @else if let Some(reason) = figure.no_interval { (reason) }
                     }
+                    @if measured {
+                        @if let Some(one) = &figure.measured {
+                            td.n { @if figure.disagrees() { b { (shown(one.value)) } } @else { (shown(one.value)) } }
+                            td.n { (shown(one.low)) " … " (shown(one.high)) }
+                            td.wrap { (one.test) }
+                        } @else {
+                            td.n { "–" } td.n {} td.wrap { (figure.no_measured.as_deref().unwrap_or_default()) }
+                        }
+                    }
                     td.wrap { (figure.note) }
                 }
             } }
         } }
         p.note { "Read off the fitted model on a simulated bench, in the terms of ISO 10770-1, without what only the sensors add." }
+        p.note {
+            @if measured {
+                "Measured: read off the records' own curves by the same constructions, without the model, with what the sensors "
+                "add. Bold where it differs from the model's by more than both intervals."
+            } @else { "Nothing is read off the measured curves: " (reasons(figures)) "." }
+        }
     }
+}
+
+/// Why nothing was measured.
+fn reasons(figures: &[Figure]) -> String {
+    let mut all: Vec<String> = figures
+        .iter()
+        .filter_map(|figure| figure.no_measured.clone())
+        .collect();
+    let mut before = Vec::new();
+    all.retain(|reason| {
+        let new = !before.contains(reason);
+        before.push(reason.clone());
+        new
+    });
+    all.join("; ")
 }
 
 /// A figure to four digits; what rounding left of zero is zero.
@@ -60,7 +95,7 @@ fn shown(value: f64) -> String {
 }
 
 /// The slow cycle, beside the flow as it was measured at the spool's positions.
-fn flow_curve(cycle: &Cycle, figures: &[Figure], identified: &Identified) -> Markup {
+fn flow_curve(card: &Card, figures: &[Figure], identified: &Identified) -> Markup {
     let structure = &identified.after.problem.structure;
     let flows = structure.valve().is_some();
     let unit = if flows {
@@ -69,7 +104,16 @@ fn flow_curve(cycle: &Cycle, figures: &[Figure], identified: &Identified) -> Mar
         structure.command_unit.as_str()
     };
     let points = |branch: &[[f64; 2]]| branch.iter().map(|&[x, y]| (x, y)).collect::<Vec<_>>();
-    let (falling, rising) = (points(&cycle.falling), points(&cycle.rising));
+    let (falling, rising) = (points(&card.cycle.falling), points(&card.cycle.rising));
+    // A spool in a unit of its own is no curve over this axis.
+    let own = card
+        .measured
+        .as_ref()
+        .filter(|_| flows || structure.spool_unit().is_none());
+    let swept: Vec<Vec<(f64, f64)>> = match own.and_then(|one| one.cycle.as_ref()) {
+        Some(cycle) => vec![points(&cycle.falling), points(&cycle.rising)],
+        None => Vec::new(),
+    };
     let measured = if flows {
         measured(identified)
     } else {
@@ -97,18 +141,31 @@ fn flow_curve(cycle: &Cycle, figures: &[Figure], identified: &Identified) -> Mar
         ),
         y: Axis::over(
             format!("{} [{unit}]", if flows { "flow" } else { "spool" }),
-            both().chain(&measured).map(|p| p.1),
+            both()
+                .chain(&measured)
+                .chain(swept.iter().flatten())
+                .map(|p| p.1),
         ),
-        marks: vec![
-            Mark::Specks(Role::Measured, measured.clone()),
-            Mark::Line(Role::Before, falling.clone()),
-            Mark::Line(Role::After, rising.clone()),
-        ],
+        marks: [Mark::Specks(Role::Measured, measured.clone())]
+            .into_iter()
+            .chain(
+                swept
+                    .iter()
+                    .map(|branch| Mark::Line(Role::Measured, branch.clone())),
+            )
+            .chain([
+                Mark::Line(Role::Before, falling.clone()),
+                Mark::Line(Role::After, rising.clone()),
+            ])
+            .collect(),
     };
     let mut entries = vec![
         (Role::After, Key::Line, "model, rising"),
         (Role::Before, Key::Line, "model, falling"),
     ];
+    if !swept.is_empty() {
+        entries.push((Role::Measured, Key::Line, "measured slow cycle"));
+    }
     if !measured.is_empty() {
         entries.push((Role::Measured, Key::Dot, "measured flow over spool"));
     }
@@ -140,14 +197,21 @@ fn measured(identified: &Identified) -> Vec<(f64, f64)> {
     spool.into_iter().zip(flow).step_by(every).collect()
 }
 
-fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
+fn bode(card: &Card, figures: &[Figure]) -> Markup {
+    let responses: &[Response] = &card.responses;
+    let measured: Vec<Point> = match &card.measured {
+        Some(own) => own.responses.iter().flatten().copied().collect(),
+        None => Vec::new(),
+    };
     if responses.is_empty() {
         let caption =
             html! { "Nothing in this model moves the spool: there is no frequency response." };
         return figure("bode", &[], html! {}, &caption);
     }
     let panel = |title: String, label: &str, limit: f64, of: fn(&Point) -> f64| {
-        let points = || responses.iter().flat_map(|response| &response.points);
+        let modelled = responses.iter().flat_map(|response| &response.points);
+        let points = || modelled.clone().chain(&measured);
+        let dots = measured.iter().map(|point| (point.frequency, of(point)));
         let mut marks = vec![Mark::Level(Role::Text, limit)];
         marks.extend(responses.iter().zip(ROLES).map(|(response, role)| {
             let line = response
@@ -156,6 +220,7 @@ fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
                 .map(|point| (point.frequency, of(point)));
             Mark::Line(role, line.collect())
         }));
+        marks.push(Mark::Specks(Role::Measured, dots.collect()));
         Panel {
             title,
             size: (460, 280),
@@ -191,14 +256,18 @@ fn bode(responses: &[Response], figures: &[Figure]) -> Markup {
         .iter()
         .map(|r| format!("{} % of full scale", rounded(r.amplitude, 3)))
         .collect();
-    let entries: Vec<(Role, Key, &str)> = ROLES
+    let mut entries: Vec<(Role, Key, &str)> = ROLES
         .into_iter()
         .zip(&names)
         .map(|(role, name)| (role, Key::Line, name.as_str()))
         .collect();
+    if !measured.is_empty() {
+        entries.push((Role::Measured, Key::Dot, "measured"));
+    }
     let caption = html! {
         "The spool's response to sines of three amplitudes (Bode plot). A linear valve has one curve; where they part, saturation, "
         "a limit of speed or a dead zone is at work."
+        @if !measured.is_empty() { " The dots are the ratio of spectra of the records, where output and command are coherent." }
     };
     figure("bode", &panels, legend(&entries), &caption)
 }

@@ -215,8 +215,8 @@ impl Card {
 pub struct Curves {
     /// The slow cycle.
     pub cycle: Option<Cycle>,
-    /// The response of each record that has one.
-    pub responses: Vec<Vec<Point>>,
+    /// The response of each record that has one, and the amplitude of its command, % of full scale.
+    pub responses: Vec<(f64, Vec<Point>)>,
 }
 
 /// A direction of parameter space, with the figures at both ends; `None` where the valve does not have the figure.

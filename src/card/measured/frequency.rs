@@ -44,7 +44,7 @@ pub(super) struct Empirical {
     /// Between two rows, s.
     interval: f64,
     /// Amplitude of a sine of the command's power, % of full scale.
-    amplitude: f64,
+    pub(super) amplitude: f64,
     channel: Channel,
     /// Duration, s.
     length: f64,

@@ -102,10 +102,11 @@ impl Measured {
         self.sweep.as_ref().ok().map(Sweep::pooled)
     }
 
-    /// The responses as they were measured, the command between two rows being as `hold` says.
-    pub fn responses(&self, hold: Hold) -> Vec<Vec<Point>> {
+    /// The responses as they were measured, each with its amplitude, % of full scale; the command between two rows is as `hold`
+    /// says.
+    pub fn responses(&self, hold: Hold) -> Vec<(f64, Vec<Point>)> {
         let known = self.responses.iter().flatten();
-        known.map(|one| one.points(hold)).collect()
+        known.map(|one| (one.amplitude, one.points(hold))).collect()
     }
 
     /// A figure, or why these records do not show it.

@@ -18,6 +18,8 @@ const SLOW: f64 = 5.0;
 const ALIKE: f64 = 0.67;
 /// Cells of full scale on each side, and how many of them to both sides a smooth curve looks at.
 const CELLS: (usize, f64) = (100, 2.5);
+/// Fewest cells on which a smooth curve stands, at the ends not least.
+const LEAST: usize = 5;
 /// Largest part of full scale that a branch may leave without a row, in cells.
 const GAP: usize = 6;
 /// Draws from which the scatter of a single cycle becomes that of its figures.
@@ -31,10 +33,10 @@ const WHOLE: f64 = 0.98;
 /// The slow cycles of a record, or of several.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Sweep {
-    /// Each cycle, its branches over the same commands.
-    cycles: Vec<Cycle>,
-    /// Standard deviation of the mean of a cell, in the unit of the output.
-    scatter: f64,
+    /// Each cycle, its falling and its rising branch.
+    cycles: Vec<(Branch, Branch)>,
+    /// The commands at which a curve is drawn, rising.
+    commands: Vec<f64>,
     /// How long a cycle took, s: the mean.
     pub(super) period: f64,
     full: f64,
@@ -43,6 +45,7 @@ pub(super) struct Sweep {
 }
 
 /// A passage of the command from one side to the other.
+#[derive(Debug, Clone, PartialEq)]
 struct Branch {
     rises: bool,
     /// Twice the time from one end to the other, s.
@@ -68,7 +71,7 @@ impl Sweep {
         }
         let slowest = all.iter().map(|branch| branch.period).fold(0.0, f64::max);
         all.retain(|branch| branch.period >= ALIKE * slowest);
-        let (up, down): (Vec<&Branch>, Vec<&Branch>) = all.iter().partition(|one| one.rises);
+        let (up, down): (Vec<Branch>, Vec<Branch>) = all.iter().cloned().partition(|one| one.rises);
         match (up.len().min(down.len()), all.len(), fast) {
             (0, 0, true) => {
                 return Err(
@@ -88,19 +91,13 @@ impl Sweep {
         let reach = all.iter().map(|one| one.reach(full)).fold(full, f64::min);
         let reach = if reach >= WHOLE * full { full } else { reach };
         let steps = (CELLS.0 as f64 * reach / full + 1e-9).floor() as i32;
-        let commands: Vec<f64> = (-steps..=steps)
-            .map(|k| full * f64::from(k) / CELLS.0 as f64)
-            .collect();
-        let cycles = down.iter().zip(&up).map(|(down, up)| Cycle {
-            falling: down.curve(&commands, full).into_iter().rev().collect(),
-            rising: up.curve(&commands, full),
-        });
-        let squares = all.iter().map(|branch| branch.scatter().powi(2));
         let mut sweep = Self {
-            cycles: cycles.collect(),
-            scatter: (squares.sum::<f64>() / all.len() as f64).sqrt(),
+            commands: (-steps..=steps)
+                .map(|k| full * f64::from(k) / CELLS.0 as f64)
+                .collect(),
             period: all.iter().map(|one| one.period).sum::<f64>() / all.len() as f64,
             full,
+            cycles: down.into_iter().zip(up).collect(),
             figures: None,
         };
         sweep.figures = sweep.read();
@@ -112,36 +109,32 @@ impl Sweep {
         self.cycles.len()
     }
 
+    /// Both branches of a cycle as smooth curves over the same commands.
+    fn drawn(&self, (down, up): &(Branch, Branch)) -> Cycle {
+        let [mut falling, rising] = [down, up].map(|one| one.curve(&self.commands, self.full));
+        falling.reverse();
+        Cycle { falling, rising }
+    }
+
     /// All cycles in one: their median where there are several.
     pub(super) fn pooled(&self) -> Cycle {
-        let branch = |of: fn(&Cycle) -> &Vec<[f64; 2]>| {
-            let first = of(&self.cycles[0]).iter().enumerate();
-            first
-                .map(|(i, point)| {
-                    let outputs = self.cycles.iter().map(|cycle| of(cycle)[i][1]);
-                    [point[0], middle(outputs.collect())]
-                })
-                .collect()
-        };
-        Cycle {
-            falling: branch(|cycle| &cycle.falling),
-            rising: branch(|cycle| &cycle.rising),
-        }
+        pooled(self.cycles.iter().map(|cycle| self.drawn(cycle)).collect())
     }
 
     /// The figures, and how sure each is: by repeatability over the cycles where there are several, otherwise by the scatter
     /// along the curve.
     fn read(&self) -> Option<(CycleFigures, Spread)> {
         let own = self.pooled().figures(self.full)?;
+        let figures = |cycle: Cycle| cycle.figures(self.full);
         let several = self.cycles.len() >= SEVERAL;
         let others: Vec<CycleFigures> = match several {
             true => self
                 .cycles
                 .iter()
-                .filter_map(|one| one.figures(self.full))
+                .filter_map(|one| figures(self.drawn(one)))
                 .collect(),
             false => (0..DRAWS)
-                .filter_map(|seed| self.disturbed(seed).figures(self.full))
+                .filter_map(|seed| figures(self.disturbed(seed)))
                 .collect(),
         };
         let factor = match several {
@@ -154,23 +147,10 @@ impl Sweep {
     /// The pooled cycle with another draw of its scatter.
     fn disturbed(&self, seed: u64) -> Cycle {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut cycle = self.pooled();
-        // A smooth curve is a mean over some cells, and the cycles' mean over some of those.
-        let near = 2.0 * CELLS.1;
-        let size = self.scatter / (near * self.cycles.len() as f64).sqrt();
-        for branch in [&mut cycle.falling, &mut cycle.rising] {
-            // A sum of twelve uniform numbers is near enough to a normal one; neighbours share their cells.
-            let mut normal = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
-            let knots: Vec<f64> = (0..=branch.len() / near as usize + 1)
-                .map(|_| size * normal())
-                .collect();
-            for (i, point) in branch.iter_mut().enumerate() {
-                let place = i as f64 / near;
-                let (knot, share) = (place as usize, place.fract());
-                point[1] += (1.0 - share) * knots[knot] + share * knots[knot + 1];
-            }
-        }
-        cycle
+        let disturbed = self.cycles.iter().map(|(down, up)| {
+            self.drawn(&(down.disturbed(&mut random), up.disturbed(&mut random)))
+        });
+        pooled(disturbed.collect())
     }
 }
 
@@ -221,7 +201,7 @@ impl Branch {
             loop {
                 let from = self.cells.partition_point(|one| one[0] < command - width);
                 let to = self.cells.partition_point(|one| one[0] <= command + width);
-                if to - from >= 3 {
+                if to - from >= LEAST {
                     let [start, slope] = line(self.cells[from..to].iter());
                     return [command, start + slope * command];
                 }
@@ -229,6 +209,18 @@ impl Branch {
             }
         };
         commands.iter().map(at).collect()
+    }
+
+    /// The branch with another draw of its scatter.
+    fn disturbed(&self, random: &mut ChaCha8Rng) -> Self {
+        let size = self.scatter();
+        // A sum of twelve uniform numbers is near enough to a normal one.
+        let mut normal = || (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
+        let cells = self.cells.iter().map(|&[u, y]| [u, y + size * normal()]);
+        Self {
+            cells: cells.collect(),
+            ..self.clone()
+        }
     }
 
     /// The standard deviation of a cell's mean, from how far each is off the line through its neighbours.
@@ -274,6 +266,21 @@ fn passages(command: &[f64], full: f64) -> Vec<(usize, usize)> {
     };
     let pairs = turns.windows(2).map(|pair| (pair[0], pair[1]));
     pairs.filter(wide).collect()
+}
+
+/// Cycles in one, point by point.
+fn pooled(cycles: Vec<Cycle>) -> Cycle {
+    let branch = |of: fn(&Cycle) -> &Vec<[f64; 2]>| {
+        let point = |(i, point): (usize, &[f64; 2])| {
+            let outputs = cycles.iter().map(|cycle| of(cycle)[i][1]);
+            [point[0], middle(outputs.collect())]
+        };
+        of(&cycles[0]).iter().enumerate().map(point).collect()
+    };
+    Cycle {
+        falling: branch(|cycle| &cycle.falling),
+        rising: branch(|cycle| &cycle.rising),
+    }
 }
 
 /// The median; of two, their mean.

@@ -36,8 +36,8 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
         div.scroll { table {
             thead { tr {
                 th { "figure" } th { "unit" } th.n { "model" } th.n { "95 % interval" }
-                @if measured { th.n { "measured" } th.n { "95 % interval" } th { "measured by" } }
-                th { "conditions" }
+                @if measured { th.n { "measured" } th.n { "95 % interval" } }
+                th { "conditions" @if measured { ", and by which test it was measured" } }
             } }
             tbody { @for figure in figures {
                 tr {
@@ -51,12 +51,9 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
                         @if let Some(one) = &figure.measured {
                             td.n { @if figure.disagrees() { b { (shown(one.value)) } } @else { (shown(one.value)) } }
                             td.n { (shown(one.low)) " … " (shown(one.high)) }
-                            td.wrap { (one.test) }
-                        } @else {
-                            td.n { "–" } td.n {} td.wrap { (figure.no_measured.as_deref().unwrap_or_default()) }
-                        }
+                        } @else { td.n { "–" } td.n {} }
                     }
-                    td.wrap { (figure.note) }
+                    td.wrap { (figure.note) @if measured { (by_which_test(figure)) } }
                 }
             } }
         } }
@@ -68,6 +65,16 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
             } @else { "Nothing is read off the measured curves: " (reasons(figures)) "." }
         }
     }
+}
+
+/// The test that a figure was measured by, or why there is none, in a line of its own.
+fn by_which_test(figure: &Figure) -> Markup {
+    let text = match (&figure.measured, &figure.no_measured) {
+        (Some(one), _) => format!("measured by {}", one.test),
+        (None, Some(reason)) => format!("not measured: {reason}"),
+        (None, None) => return html! {},
+    };
+    html! { @if !figure.note.is_empty() { br; } span.note { (text) } }
 }
 
 /// Why nothing was measured.
@@ -200,7 +207,12 @@ fn measured(identified: &Identified) -> Vec<(f64, f64)> {
 fn bode(card: &Card, figures: &[Figure]) -> Markup {
     let responses: &[Response] = &card.responses;
     let measured: Vec<Point> = match &card.measured {
-        Some(own) => own.responses.iter().flatten().copied().collect(),
+        Some(own) => own
+            .responses
+            .iter()
+            .flat_map(|one| &one.1)
+            .copied()
+            .collect(),
         None => Vec::new(),
     };
     if responses.is_empty() {
@@ -261,8 +273,11 @@ fn bode(card: &Card, figures: &[Figure]) -> Markup {
         .zip(&names)
         .map(|(role, name)| (role, Key::Line, name.as_str()))
         .collect();
+    let amplitudes = card.measured.iter().flat_map(|own| &own.responses);
+    let amplitudes = amplitudes.map(|(amplitude, _)| rounded(*amplitude, 2));
+    let name = format!("measured, at {} %", joined(amplitudes.collect(), "and"));
     if !measured.is_empty() {
-        entries.push((Role::Measured, Key::Dot, "measured"));
+        entries.push((Role::Measured, Key::Dot, &name));
     }
     let caption = html! {
         "The spool's response to sines of three amplitudes (Bode plot). A linear valve has one curve; where they part, saturation, "

@@ -120,7 +120,7 @@ impl Measured {
                 let sweep = self.sweep.as_ref().map_err(Clone::clone)?;
                 let (found, spread) = sweep.figures.as_ref().ok_or(NO_NULL)?;
                 let value = own(found).ok_or("the cycle ends before full scale")?;
-                let half = Some(spread.half_width(own)).filter(|half| half.is_finite());
+                let half = Some(spread.half_width(value, own)).filter(|half| half.is_finite());
                 let half = half.ok_or("the cycles are too unlike each other")?;
                 let sensors = self.sensors.half_width(&sweep.pooled(), self.full, own);
                 let count = match sweep.count() {
@@ -227,7 +227,7 @@ fn drop_share(records: &[&Record], accuracy: &Accuracy) -> f64 {
     records.iter().filter_map(share).fold(0.0, f64::max)
 }
 
-/// The mean of repetitions, with a 95 % interval that holds `floor` at least to both sides, and their number.
+/// The mean of repetitions, and half of its 95 % interval: from less than three of them `floor`, that of each.
 fn repeated(values: &[f64], floor: f64) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let half = match values.len() {

@@ -29,19 +29,47 @@ impl Reading {
     }
 }
 
-/// The figures of every cycle, or of draws of what a single one could have been.
+/// From so many cycles on repeatability says how sure a figure is.
+const SEVERAL: usize = 3;
+
+/// What else the figures of a curve could have been.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spread {
-    pub(super) others: Vec<CycleFigures>,
-    /// Half-widths of the 95 % interval in a standard deviation.
-    pub(super) factor: f64,
+    /// Those of draws with as much scatter again as the curve has.
+    pub(super) draws: Vec<CycleFigures>,
+    /// Those of each cycle.
+    pub(super) cycles: Vec<CycleFigures>,
 }
 
 impl Spread {
-    /// Half the width of the 95 % interval of a figure; not a number where fewer than two have it.
-    pub(super) fn half_width(&self, figure: impl Fn(&CycleFigures) -> Option<f64>) -> f64 {
-        let values: Vec<f64> = self.others.iter().filter_map(figure).collect();
-        self.factor * deviation(&values)
+    /// By how much the largest of many noisy values is too large: it grows with the deviation of the noise, and the draws have √2
+    /// times that of the curve, which has `value`.
+    pub(super) fn excess(&self, value: f64, figure: impl Fn(&CycleFigures) -> Option<f64>) -> f64 {
+        let beyond = self.drawn(figure) - value;
+        (beyond / (2f64.sqrt() - 1.0)).clamp(0.0, value.abs())
+    }
+
+    /// The mean of the draws.
+    fn drawn(&self, figure: impl Fn(&CycleFigures) -> Option<f64>) -> f64 {
+        let drawn: Vec<f64> = self.draws.iter().filter_map(figure).collect();
+        drawn.iter().sum::<f64>() / drawn.len() as f64
+    }
+
+    /// Half the width of the 95 % interval of a figure that is `value`, from the scatter along the curve, and from repeatability
+    /// if that says more; not a number where fewer than two draws have it. An excess that was taken away may be wrong by itself.
+    pub(super) fn half_width(
+        &self,
+        value: f64,
+        figure: impl Fn(&CycleFigures) -> Option<f64> + Copy,
+    ) -> f64 {
+        let of = |all: &[CycleFigures]| all.iter().filter_map(figure).collect::<Vec<f64>>();
+        let excess = (self.drawn(figure) - value).max(0.0) / 2f64.sqrt();
+        let scatter = f64::hypot(1.96 * deviation(&of(&self.draws)), excess);
+        let repeated = of(&self.cycles);
+        match repeated.len() >= SEVERAL {
+            true => scatter.max(student_half(repeated.len()) * deviation(&repeated)),
+            false => scatter,
+        }
     }
 }
 

@@ -468,3 +468,77 @@ fn the_browser_test_sees_what_is_wrong() {
     );
     assert_eq!(on_top.plots[0].overlaps.len(), 1, "{:?}", on_top.plots);
 }
+
+#[test]
+fn measured_figures_stand_beside_those_of_the_model() {
+    let folder = TempDir::new().unwrap();
+    // A loop of first order, 100 1/s, that a chirp from 0.5 to 100 Hz drives in steps of 1 ms: -3 dB at 100 / 2 pi Hz.
+    let ratio = f64::ln(100.0 / 0.5);
+    let phase =
+        |t: f64| std::f64::consts::TAU * 0.5 * 6.0 / ratio * ((ratio * t / 6.0).exp() - 1.0);
+    let mut spool = 0.0;
+    let mut text = String::from("time [s],command [V],spool [V]\n");
+    for k in 0..6000 {
+        let time = 1e-3 * f64::from(k);
+        let command = 2.5 * phase(time).sin();
+        let ripple = 0.002 * (7919.0 * time).sin();
+        text += &format!("{time},{command},{}\n", spool + ripple);
+        spool += (1.0 - (-0.1f64).exp()) * (command - spool);
+    }
+    write(folder.path().join("chirp.csv"), text).unwrap();
+    let call = |accuracy: &str| {
+        let call = [
+            "identify",
+            "chirp.csv",
+            "--effects",
+            "none",
+            "--evaluator",
+            "cpu",
+            "--out",
+            "out",
+        ];
+        servobee(
+            folder.path(),
+            &[&call[..], &["--accuracy", accuracy]].concat(),
+        )
+    };
+    let refused = crate::program::refused(&call("flow=a lot"));
+    assert!(refused.contains("flow=0.5 %, pressure=0.2 %"), "{refused}");
+    let told = printed(&call("spool=0.5 %"));
+    assert!(
+        told.contains("Measured by spool over command at 25 % of full scale, 6 s: -3 dB at 25 %"),
+        "{told}"
+    );
+    assert!(told.contains("Not measured: rated flow"), "{told}");
+
+    let report = read_to_string(folder.path().join("out/report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let card = report["card"].as_array().unwrap();
+    for figure in card {
+        assert_ne!(
+            figure["measured"].is_null(),
+            figure["no_measured"].is_null(),
+            "{figure}"
+        );
+    }
+    let limit = card
+        .iter()
+        .find(|one| one["name"] == "amplitude_limit_25")
+        .unwrap();
+    let value = limit["measured"]["value"].as_f64().unwrap();
+    assert!(
+        (value - 100.0 / std::f64::consts::TAU).abs() < 0.4,
+        "{limit}"
+    );
+
+    let page = read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert_well_formed(&page);
+    let section = between(&page, "id=\"card\"", "</section>")[0];
+    for part in [
+        ">measured</th>",
+        "measured by spool over command at 25 %",
+        "not measured: no flow was measured",
+    ] {
+        assert!(section.contains(part), "{part}: {section}");
+    }
+}

@@ -37,7 +37,7 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
             thead { tr {
                 th { "figure" } th { "unit" } th.n { "model" } th.n { "95 % interval" }
                 @if measured { th.n { "measured" } th.n { "95 % interval" } }
-                th { "conditions" @if measured { ", and by which test it was measured" } }
+                th { "conditions" @if measured { " and test" } }
             } }
             tbody { @for figure in figures {
                 tr {

@@ -238,7 +238,19 @@ impl<'a, 'b> Selection<'a, 'b> {
     /// The best model with one effect more, or with a pair where none helps alone; `None` where nothing is significant.
     fn addition(&mut self, model: &Model, round: usize, room: usize) -> Result<Option<Model>> {
         self.stage.begins(&format!("round {round}: screening"));
-        let Some(screening) = Screening::new(self.evidence, model, self.allowed) else {
+        let resolved = self.evidence.resolved(model);
+        let observed = &model.structure().observed;
+        if observed.iter().all(|output| resolved.contains(output)) {
+            return Ok(None);
+        }
+        // A sensor's own effect would follow the rounding of its channel.
+        let seen = |effect: &Effect| {
+            let own = effect
+                .output
+                .is_some_and(|output| resolved.contains(&output));
+            !own && (self.allowed)(effect)
+        };
+        let Some(screening) = Screening::new(self.evidence, model, &seen) else {
             return Ok(None);
         };
         let models = self.refit(model, &screening, round)?;

@@ -1,10 +1,12 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
-use super::fitted::{CHANCE, Fitted};
+use super::fitted::{CHANCE, Fitted, left_over};
 use super::linear::Linear;
 use super::measurements::{Measurements, starts};
 use super::signals::Signals;
+use super::simulation::Compared;
 use super::statistics::line::strongest_line;
+use super::statistics::noise::Noise;
 use super::unexcited::set_by_held_out;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
@@ -15,6 +17,7 @@ use crate::search::polish::{Flat, PolishOptions};
 use crate::search::{self, Method, Plan, RunningSearch, polish_on_data, run_in_lockstep};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -39,6 +42,8 @@ pub(super) struct Evidence {
     pub(super) hold_out: Arc<Data>,
     /// One over the noise variance of each output.
     pub(super) scale: Outputs<f64>,
+    /// Each channel's noise.
+    pub(super) noise: BTreeMap<String, Noise>,
     /// How large things are.
     pub(super) sizes: Scale,
     /// The base model's parameters with their bounds, those of known effects among them.
@@ -123,6 +128,7 @@ impl Evidence {
     /// The measurements in units of the noise by which `before` was fitted, in steps that suit its rates.
     pub(super) fn new(
         before: &Fitted,
+        noise: &BTreeMap<String, Noise>,
         measurements: &Measurements,
         sizes: Scale,
         plan: &Plan,
@@ -144,6 +150,7 @@ impl Evidence {
             fit: steps(&measurements.fit),
             hold_out: steps(&measurements.hold_out),
             scale: before.problem.scale,
+            noise: noise.clone(),
             sizes,
             base: before.problem.parameters.clone(),
             seed: CHANCE,
@@ -195,9 +202,39 @@ impl Evidence {
         }
         let rows = self.starts(Side::Fit).get(1).copied();
         for (output, residual) in model.structure().observed.iter().zip(&model.fit) {
-            let first = &residual[..rows.unwrap_or(residual.len())];
+            let unit = self.scale[*output].sqrt();
+            let measured = residual.iter().map(|value| value / unit).collect();
+            // Rounding has lines where a slow ramp passes its steps.
+            let beyond = match self.noise.get(output.name()) {
+                Some(noise) if noise.is_resolution() => &noise.beyond(measured),
+                _ => residual,
+            };
+            let first = &beyond[..rows.unwrap_or(beyond.len())];
             self.sizes.lines[*output] = strongest_line(first, self.sizes.interval);
         }
+    }
+
+    /// The observed channels of which `model` leaves nothing on the fitted rows but what their resolution does. What lowers the
+    /// error there follows the rounding.
+    pub(super) fn resolved(&self, model: &Model) -> Vec<Output> {
+        let observed = model.structure().observed.iter().copied();
+        let coarse = |output: &Output| {
+            let noise = self.noise.get(output.name());
+            noise.is_some_and(Noise::is_resolution)
+        };
+        let coarse: Vec<Output> = observed.filter(coarse).collect();
+        if coarse.is_empty() {
+            return coarse;
+        }
+        let values: Vec<f64> = model.problem.parameters.iter().map(|p| p.start).collect();
+        let records = self.records(Side::Fit);
+        let simulated = reference::trajectories(model.structure(), &values, records);
+        let left = left_over(&Compared::all(records, &simulated), &coarse, &self.noise);
+        let resolved = coarse.into_iter().zip(left);
+        resolved
+            .filter(|(_, left)| !left.structured)
+            .map(|(output, _)| output)
+            .collect()
     }
 
     /// `structure` on the fitted rows: what the base model has as it is there, what is new with bounds that suit the
@@ -397,6 +434,7 @@ mod tests {
             fit: nothing.clone(),
             hold_out: nothing,
             scale: Outputs::all(1.0),
+            noise: BTreeMap::new(),
             sizes,
             base,
             seed: 1,

@@ -3,7 +3,7 @@
 use super::known::KnownRows;
 use super::measurements::Measurements;
 use super::simulation::{Compared, Errors, Sides, Trajectories, errors, residual};
-use super::statistics::noise::{Noise, NoiseMethod, noise_floor};
+use super::statistics::noise::{Noise, NoiseRows, noise_floor};
 use super::statistics::residual::{Remaining, Residuals, remaining};
 use super::unexcited::{Unexcited, set_what_is_open};
 use crate::evaluate::problem::{Data, Series};
@@ -12,9 +12,9 @@ use crate::model::{Complete, Output};
 use crate::search::{Fit, Plan};
 use std::collections::BTreeMap;
 
-/// A residual this many times the noise floor is not noise, whatever it does or does not correlate with: where the noise was
-/// seen by itself, and where it was taken from the residual's own differences.
-const ABOVE_NOISE: (f64, f64) = (1.3, 2.0);
+/// What is left beyond a channel's resolution is nothing below this share of it: that much comes of what rounding does to the
+/// fit itself.
+const BEYOND: f64 = 0.1;
 
 /// No channel's noise is taken to be smaller than this fraction of its range: no converter of 24 bits resolves it, and
 /// single-precision logs do not store it.
@@ -99,38 +99,14 @@ impl Fitted {
         noise: &BTreeMap<String, Noise>,
     ) {
         let compared = self.beside(measurements).fit;
-        let known = KnownRows::new(&compared);
         let observed = self.problem.structure.observed.iter().copied();
         let (exact, tested): (Vec<Output>, Vec<Output>) =
             observed.partition(|&output| self.is_exact(output));
-        let residuals: Vec<Vec<f64>> = tested
-            .iter()
-            .map(|&output| residual(&compared, output))
-            .collect();
-        let channels: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
-        let signals: Vec<(&str, &[f64])> = known
-            .signals
-            .iter()
-            .map(|(signal, values)| (signal.name(), values.as_slice()))
-            .collect();
-        let mut rest = remaining(
-            &Residuals {
-                channels: &channels,
-                starts: &known.starts,
-                time: &known.time,
-                command: &known.command,
-                known: &signals,
-            },
-            CHANCE,
-        );
+        let mut rest = left_over(&compared, &tested, noise);
         for (output, rest) in tested.iter().zip(&mut rest) {
             let noise = &noise[output.name()];
-            let most = match noise.method {
-                NoiseMethod::Differences => ABOVE_NOISE.1,
-                _ => ABOVE_NOISE.0,
-            };
             let floor = noise.value.max(self.least_error(*output));
-            let above = |score: &Score| score.rmse > most * floor;
+            let above = |score: &Score| score.rmse > noise.method.margin() * floor;
             rest.structured |= self.scores(*output).any(above);
         }
         let nothing = exact.iter().map(|_| Remaining::nothing());
@@ -151,7 +127,14 @@ impl Fitted {
             let rows = compared.iter().flat_map(|compared| compared.rows(output));
             let measured: Vec<f64> = rows.map(|row| row.1).collect();
             let quiet = if of_residual { &residual } else { &measured };
-            let floor = noise_floor(&known.starts, &known.command, quiet, &residual);
+            let rows = NoiseRows {
+                starts: &known.starts,
+                time: &known.time,
+                command: &known.command,
+                measured: &measured,
+                residual: &residual,
+            };
+            let floor = noise_floor(rows, quiet);
             (output.name().to_owned(), floor)
         };
         self.problem.structure.observed.iter().map(one).collect()
@@ -201,6 +184,41 @@ impl Fitted {
         let range = variance(records(&self.problem), output).sqrt();
         self.integration_error[output.name()].max(SMALLEST_NOISE * range)
     }
+}
+
+/// What the residual of each of the channels `tested` still depends on, beyond the resolution where that is the noise.
+pub(super) fn left_over(
+    compared: &[Compared],
+    tested: &[Output],
+    noise: &BTreeMap<String, Noise>,
+) -> Vec<Remaining> {
+    let known = KnownRows::new(compared);
+    let beyond = |output: &Output| noise[output.name()].beyond(residual(compared, *output));
+    let residuals: Vec<Vec<f64>> = tested.iter().map(beyond).collect();
+    let channels: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
+    let signals: Vec<(&str, &[f64])> = known
+        .signals
+        .iter()
+        .map(|(signal, values)| (signal.name(), values.as_slice()))
+        .collect();
+    let mut rest = remaining(
+        &Residuals {
+            channels: &channels,
+            starts: &known.starts,
+            time: &known.time,
+            command: &known.command,
+            known: &signals,
+        },
+        CHANCE,
+    );
+    for ((output, residual), rest) in tested.iter().zip(&residuals).zip(&mut rest) {
+        let noise = &noise[output.name()];
+        let square = residual.iter().map(|e| e * e).sum::<f64>() / residual.len().max(1) as f64;
+        if noise.is_resolution() && square.sqrt() < BEYOND * noise.value {
+            *rest = Remaining::nothing();
+        }
+    }
+    rest
 }
 
 fn records(problem: &Problem) -> &[Series] {

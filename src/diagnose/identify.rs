@@ -89,6 +89,11 @@ pub fn identify(
             None => result = again,
         }
     }
+    // The sources beside the floor are those of what is left in the end.
+    for (name, noise) in result.after.noise(&measurements, false) {
+        let own = result.noise.get_mut(&name).expect("of the same channels");
+        own.sources = noise.sources;
+    }
     result.evaluations = diagnosis.evaluations;
     result.check_integration()?;
     Ok(result)
@@ -134,7 +139,8 @@ impl Diagnosis<'_> {
         });
         self.stage.begins("base model: polishing");
         let before = self.polished(problem, start, &noise)?;
-        let evidence = Evidence::new(&before, self.measurements, self.sizes.clone(), self.plan);
+        let sizes = self.sizes.clone();
+        let evidence = Evidence::new(&before, &noise, self.measurements, sizes, self.plan);
         let mut base = Base {
             model: evidence.start_from(&before),
             fitted: &before,

@@ -1,6 +1,7 @@
 //! What the fit left over: how much of it is noise, and whether the rest has structure.
 //!
-//! 1. *Noise floor*: from repeated commands, rests, or the residual's differences; the report says which.
+//! 1. *Noise floor*: from repeated commands, rests, or the residual's differences, and no less than the channel resolves; the
+//!    report says which, and whether those that there are agree. What is left within the resolution is no sign of an effect.
 //! 2. *Is there structure?* The residual is tested against command, its powers, rate and direction, simulated spool, pressures,
 //!    time, lines in its spectrum, and its loudness, all against surrogates of the same colour, with one level for the family.
 //! 3. *Which effect?* The effects that were asked, those of the catalogue or one's own, are simulated at several values each,
@@ -54,7 +55,7 @@ pub use statistics::bootstrap::{
 };
 pub use statistics::compare::{Comparison, indistinguishable};
 pub use statistics::density::spectral_density;
-pub use statistics::noise::{Noise, NoiseMethod, noise_floor};
+pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, Source, noise_floor};
 pub use statistics::residual::{Remaining, Residuals, remaining};
 pub use statistics::rows::coloured;
 pub use unexcited::Unexcited;

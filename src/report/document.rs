@@ -5,6 +5,7 @@ use super::findings::{
     RemainingReport,
 };
 use super::no_name::asked;
+use super::noise::{NoiseSource, disagreements};
 use super::number::number;
 use super::parameter::{ParameterReport, not_identifiable};
 use super::provenance::{Call, HoldReport, InputFile, Program, now};
@@ -47,6 +48,8 @@ pub struct Document {
     pub noise_floor: BTreeMap<String, f64>,
     /// How each was estimated.
     pub noise_method: BTreeMap<String, String>,
+    /// What every source says of it that there is; on the residual of the result.
+    pub noise_sources: BTreeMap<String, Vec<NoiseSource>>,
     /// The parameters.
     pub parameters: Vec<ParameterReport>,
     /// Parameters that this data does not determine, in words.
@@ -127,6 +130,7 @@ impl Document {
             }
         }
         warnings.extend(card.figures.iter().filter_map(disagreement));
+        warnings.extend(disagreements(identified));
         let remaining = RemainingReport::of(&after.remaining);
         if remaining.structured {
             warnings.push("the intervals assume that the model is complete, and the residual says that it is not".into());
@@ -166,6 +170,13 @@ impl Document {
             noise_method: noise
                 .iter()
                 .map(|(channel, noise)| (channel.clone(), noise.method.name().into()))
+                .collect(),
+            noise_sources: noise
+                .iter()
+                .map(|(channel, noise)| {
+                    let sources = noise.sources.iter().map(NoiseSource::from);
+                    (channel.clone(), sources.collect())
+                })
                 .collect(),
             not_identifiable: not_identifiable(&after.fit),
             parameters,
@@ -230,6 +241,7 @@ impl Document {
             },
             noise_floor: BTreeMap::new(),
             noise_method: BTreeMap::new(),
+            noise_sources: BTreeMap::new(),
             parameters: ParameterReport::of(&sheet.problem, &result.fit),
             not_identifiable: not_identifiable(&result.fit),
             card: card.figures.clone(),
@@ -261,6 +273,7 @@ impl Document {
         }
         self.noise_floor.extend(other.noise_floor);
         self.noise_method.extend(other.noise_method);
+        self.noise_sources.extend(other.noise_sources);
         self.parameters.extend(other.parameters);
         self.not_identifiable.extend(other.not_identifiable);
         for (own, other) in self.card.iter_mut().zip(other.card) {

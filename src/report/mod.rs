@@ -7,6 +7,7 @@ mod findings;
 mod html;
 mod model_file;
 mod no_name;
+mod noise;
 mod number;
 mod output;
 mod output_file;
@@ -21,6 +22,7 @@ pub use findings::{
 pub use html::{datasheet_page, page};
 pub use model_file::ModelFile;
 pub use no_name::{not_diagnosed, unexplained};
+pub use noise::NoiseSource;
 pub use number::{number, quantity, rounded};
 pub use output::OutputFolder;
 pub use output_file::OutputFile;

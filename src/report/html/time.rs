@@ -6,8 +6,9 @@ use super::plot::{Mark, Panel};
 use super::role::Role;
 use super::rows::{RecordRows, Rows};
 use super::words;
-use crate::diagnose::{Identified, NoiseMethod};
+use crate::diagnose::Identified;
 use crate::model::Output;
+use crate::report::noise::taken_from;
 use crate::report::rounded;
 use maud::{Markup, html};
 use std::ops::Range;
@@ -162,7 +163,7 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
     entries.push((Role::HeldOut, Key::Area, "held out"));
     let caption = html! {
         "Measured less simulated " (channel) ", on one scale. Noise alone stays between the dotted lines 95 % of the time: its "
-        "floor is " (rounded(noise, 3)) " " (unit) ", taken from " (method(identified.noise[channel].method)) "."
+        "floor is " (rounded(noise, 3)) " " (unit) ", taken from " (taken_from(&identified.noise[channel], unit)) "."
     };
     figure(
         &format!("residual-{channel}"),
@@ -170,15 +171,6 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
         legend(&entries),
         &caption,
     )
-}
-
-/// Where the noise floor is from, as part of a sentence.
-fn method(method: NoiseMethod) -> &'static str {
-    match method {
-        NoiseMethod::RepeatedCommand => "what differs where the command repeats itself",
-        NoiseMethod::QuietStretches => "stretches in which the command rests",
-        NoiseMethod::Differences => "the fast part of the residual",
-    }
 }
 
 fn time_axis(rows: &Rows) -> &'static str {

@@ -1,0 +1,61 @@
+//! Noise from the differences of neighbouring residuals.
+
+use super::{mean, mean_square, middle_square};
+use crate::diagnose::statistics::rows::stretches;
+
+/// Largest correlation of neighbouring rows that differences can tell from a drift.
+const MAX_CORRELATION: f64 = 0.97;
+/// The same of second and third differences: their ratio hardly depends on a larger one.
+const MAX_CORRELATION_OF_THIRD: f64 = 0.8;
+
+/// The variance of noise that a first-order filter coloured, and how many independent rows show it.
+///
+/// With correlation ρ of neighbouring rows, first differences have 2 (1 − ρ) times the variance of the noise, second ones
+/// 2 (1 − ρ)(3 − ρ) times, third ones 2 (1 − ρ)(10 − 5ρ + ρ²) times; smooth signals hardly have any. Where the second are less
+/// than twice the first, no noise has made the first: a slow movement has, and the second and third are taken. The noise is no
+/// more than all that is left: steps of a slow movement have differences, and a correlation, that no filter gives.
+pub(super) fn variance(starts: &[usize], values: &[f64]) -> (f64, f64) {
+    let records = stretches(values, starts);
+    let square = |coefficients: &[f64]| {
+        let windows = records
+            .iter()
+            .flat_map(|one| one.windows(coefficients.len()));
+        let difference = |window: &[f64]| -> f64 {
+            window
+                .iter()
+                .zip(coefficients)
+                .map(|(value, c)| value * c)
+                .sum()
+        };
+        middle_square(&windows.map(difference).collect::<Vec<f64>>())
+    };
+    let first = square(&[-1.0, 1.0]);
+    let second = square(&[1.0, -2.0, 1.0]);
+    if first == 0.0 {
+        return (0.0, 1.0);
+    }
+    let correlation = 3.0 - second / first;
+    let (variance, correlation) = if correlation <= 1.0 {
+        let correlation = correlation.clamp(0.0, MAX_CORRELATION);
+        (first / (2.0 * (1.0 - correlation)), correlation)
+    } else {
+        let third = square(&[-1.0, 3.0, -3.0, 1.0]);
+        let correlation = correlation_of(third / second);
+        let share = 2.0 * (1.0 - correlation) * (3.0 - correlation);
+        (second / share, correlation)
+    };
+    let middle = mean(values);
+    let about: Vec<f64> = values.iter().map(|value| value - middle).collect();
+    // The correlation is known to about one over the root of the rows, and 1 − ρ divides.
+    let free = (1.0 - correlation).powi(2);
+    let rows = values.len() as f64 * free / (1.0 + free);
+    (variance.min(mean_square(&about)), rows.max(1.0))
+}
+
+/// The correlation with which third differences have `ratio` times the square of second ones: the smaller root of
+/// 10 − 5ρ + ρ² = ratio (3 − ρ).
+fn correlation_of(ratio: f64) -> f64 {
+    let half = (5.0 - ratio) / 2.0;
+    let root = (half * half - (10.0 - 3.0 * ratio)).max(0.0).sqrt();
+    (half - root).clamp(0.0, MAX_CORRELATION_OF_THIRD)
+}

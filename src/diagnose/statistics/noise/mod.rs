@@ -1,0 +1,316 @@
+//! The noise floor: what no model can explain.
+//!
+//! ```text
+//! repeats ────────┐
+//! quiet ──────────┼─ the first that there is ─┐
+//! differences ────┘                           ├─ the larger is the floor
+//! resolution ─────────────────────────────────┘
+//! ```
+//!
+//! Each source tells its own value and how well it is known; where two of them differ by more than that, the report says so.
+
+mod differences;
+mod quiet;
+mod repeats;
+mod resolution;
+
+use super::rows::coloured;
+use resolution::Resolution;
+
+/// Rows in a block whose variance is one vote.
+const BLOCK: usize = 128;
+/// Most votes. A few long blocks know the variance of coloured noise better than many short ones.
+const VOTES: usize = 9;
+/// A source that shows less than this share of the largest value shows what arithmetic leaves of one value that is held.
+const NOTHING: f64 = 1e-12;
+/// Two sources disagree if they differ by more than this many standard errors, and by more than their margins.
+const APART: f64 = 4.0;
+
+/// Where a noise floor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseMethod {
+    /// The differences between repeats of the command.
+    RepeatedCommand,
+    /// What is left where the command rests.
+    QuietStretches,
+    /// The differences of neighbouring residuals.
+    Differences,
+    /// The steps of values and times.
+    Resolution,
+}
+
+impl NoiseMethod {
+    /// What a report calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::RepeatedCommand => "repeated command",
+            Self::QuietStretches => "quiet stretches",
+            Self::Differences => "high-pass residual",
+            Self::Resolution => "resolution",
+        }
+    }
+
+    /// What is left this many times above the floor is not noise, whatever it does or does not correlate with. Where the
+    /// noise was seen by itself that is less than where it follows from assumptions.
+    pub fn margin(self) -> f64 {
+        match self {
+            Self::RepeatedCommand | Self::QuietStretches => 1.3,
+            Self::Differences | Self::Resolution => 2.0,
+        }
+    }
+}
+
+/// What one source says of the noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Source {
+    /// Standard deviation, in the channel's unit.
+    pub value: f64,
+    /// Its standard error; `None` of a resolution, below which no noise can be.
+    pub error: Option<f64>,
+    /// The source.
+    pub method: NoiseMethod,
+}
+
+/// A noise floor and where it comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noise {
+    /// Standard deviation, in the channel's unit.
+    pub value: f64,
+    /// How it was estimated.
+    pub method: NoiseMethod,
+    /// What every source says that there is, in the order in which they are asked.
+    pub sources: Vec<Source>,
+    /// Where the floor is the resolution: by how much each row can be off for that reason alone; otherwise empty.
+    pub allowance: Vec<f64>,
+}
+
+impl Noise {
+    /// What is left of the `residual` beyond the resolution, where that is the floor: rounding follows the signal and looks
+    /// like an effect, but is none.
+    pub fn beyond(&self, residual: Vec<f64>) -> Vec<f64> {
+        if !self.is_resolution() {
+            return residual;
+        }
+        let rows = residual.iter().zip(&self.allowance);
+        rows.map(|(left, allowed)| left - left.clamp(-allowed, *allowed))
+            .collect()
+    }
+
+    /// Whether the floor is the channel's resolution.
+    pub fn is_resolution(&self) -> bool {
+        self.method == NoiseMethod::Resolution
+    }
+
+    /// The two measured sources that differ most, where they differ by more than they can. The differences of a residual that is
+    /// `structured` show more than noise.
+    pub fn disagreement(&self, structured: bool) -> Option<[Source; 2]> {
+        let counts = |one: &&Source| !structured || one.method != NoiseMethod::Differences;
+        let measured = self.sources.iter().filter(counts);
+        let measured = measured.filter_map(|one| Some((one, one.error?)));
+        let measured: Vec<(&Source, f64)> = measured.collect();
+        let pairs = measured
+            .iter()
+            .enumerate()
+            .flat_map(|(i, first)| measured[i + 1..].iter().map(move |second| (first, second)));
+        let apart = pairs.filter_map(|(&(first, error), &(second, other))| {
+            let [low, high] = [first, second].map(|one| one.value.max(self.resolution()));
+            let ratio = low.max(high) / low.min(high);
+            let margin = first.method.margin().max(second.method.margin());
+            let sure = (high - low).abs() > APART * error.hypot(other);
+            (sure && ratio > margin).then_some((ratio, [*first, *second]))
+        });
+        apart
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, pair)| pair)
+    }
+
+    /// What the channel's resolution alone causes; 0 where none is seen.
+    pub fn resolution(&self) -> f64 {
+        let is = |one: &&Source| one.method == NoiseMethod::Resolution;
+        self.sources.iter().find(is).map_or(0.0, |one| one.value)
+    }
+}
+
+/// The rows of a channel, one record after another.
+#[derive(Debug, Clone, Copy)]
+pub struct NoiseRows<'a> {
+    /// The row at which each record starts.
+    pub starts: &'a [usize],
+    /// Time, s.
+    pub time: &'a [f64],
+    /// Command.
+    pub command: &'a [f64],
+    /// Measured values.
+    pub measured: &'a [f64],
+    /// Measured less simulated.
+    pub residual: &'a [f64],
+}
+
+/// The standard deviation of the noise in a channel. `quiet` is looked at where the command repeats or rests: the measured
+/// values, or the residual, from which a model has taken what it explains.
+///
+/// - Where the command repeats itself exactly, from the differences between the repeats: what the valve does, modelled
+///   or not, cancels. A disturbance that does not repeat counts as noise.
+/// - Otherwise from what remains about a line where the command rests; about several, where a long rest drifts.
+/// - Otherwise from first and second differences of the residual, as if its fast part were noise that a first-order
+///   filter coloured; no more than all of the residual.
+/// - Never less than the rounding of values and times causes, nor what a reading moves while it is held. Where that is more
+///   than half of the variance, the resolution is what the floor is taken from. Of held readings each counts once above.
+pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
+    let NoiseRows {
+        starts,
+        time,
+        command,
+        measured,
+        residual,
+    } = rows;
+    let simulated: Vec<f64> = measured.iter().zip(residual).map(|(y, e)| y - e).collect();
+    let resolution = Resolution::new(starts, time, measured, &simulated);
+    let all = Columns {
+        starts: starts.to_vec(),
+        command: command.to_vec(),
+        quiet: quiet.to_vec(),
+        residual: residual.to_vec(),
+    };
+    let mut sources = match resolution.held {
+        1 => measured_sources(&[all]),
+        _ => {
+            let readings = all.only(&resolution.readings(starts, measured));
+            let mut found = measured_sources(&[readings, all]);
+            // The rows between two readings are off by what has moved since.
+            for source in &mut found {
+                source.value = source.value.hypot(resolution.moving());
+            }
+            found
+        }
+    };
+    let largest = measured.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+    sources.retain(|one| one.value > NOTHING * largest);
+    let nothing = Source {
+        value: 0.0,
+        error: None,
+        method: NoiseMethod::Differences,
+    };
+    let mut floor = sources.first().copied().unwrap_or(nothing);
+    let mut allowance = Vec::new();
+    let least = Source {
+        value: resolution.deviation(),
+        error: None,
+        method: NoiseMethod::Resolution,
+    };
+    if least.value > 0.0 {
+        sources.push(least);
+    }
+    // What is measured has the rounding in it: where that is most of its variance, the floor is the resolution.
+    if least.value.powi(2) > floor.value.powi(2) / 2.0 {
+        let value = floor.value.max(least.value);
+        floor = Source { value, ..least };
+        allowance = resolution.allowance();
+    }
+    Noise {
+        value: floor.value,
+        method: floor.method,
+        sources,
+        allowance,
+    }
+}
+
+/// What noise is measured from.
+struct Columns {
+    starts: Vec<usize>,
+    command: Vec<f64>,
+    quiet: Vec<f64>,
+    residual: Vec<f64>,
+}
+
+impl Columns {
+    /// Some of the `rows`, which rise.
+    fn only(&self, rows: &[usize]) -> Self {
+        let of = |values: &[f64]| rows.iter().map(|&k| values[k]).collect();
+        let starts = self.starts.iter();
+        Self {
+            starts: starts
+                .map(|start| rows.partition_point(|k| k < start))
+                .collect(),
+            command: of(&self.command),
+            quiet: of(&self.quiet),
+            residual: of(&self.residual),
+        }
+    }
+}
+
+/// What is measured of the noise, the surest source first; each in the first of `columns` that have enough rows for it.
+fn measured_sources(columns: &[Columns]) -> Vec<Source> {
+    let repeated = |c: &Columns| repeats::variance(&c.starts, &c.command, &c.quiet);
+    let resting = |c: &Columns| quiet::variance(&c.starts, &c.command, &c.quiet, &c.residual);
+    let fast = |c: &Columns| Some(differences::variance(&c.starts, &c.residual));
+    let found = [
+        (
+            columns.iter().find_map(repeated),
+            NoiseMethod::RepeatedCommand,
+        ),
+        (
+            columns.iter().find_map(resting),
+            NoiseMethod::QuietStretches,
+        ),
+        (columns.iter().find_map(fast), NoiseMethod::Differences),
+    ];
+    let source = |(found, method): (Option<(f64, f64)>, NoiseMethod)| {
+        let (variance, rows) = found?;
+        Some(Source {
+            value: variance.sqrt(),
+            error: Some((variance / (2.0 * rows)).sqrt()),
+            method,
+        })
+    };
+    found.into_iter().filter_map(source).collect()
+}
+
+/// How many independent rows say as much of a variance as `values`.
+fn independent(values: &[f64], starts: &[usize]) -> f64 {
+    (values.len() as f64 / coloured(values, starts)).max(1.0)
+}
+
+/// The mean square, by vote of a few blocks: one in which something else happened does not count.
+fn middle_square(values: &[f64]) -> f64 {
+    let votes = (values.len() / BLOCK).clamp(1, VOTES);
+    let length = (values.len() / votes).max(1);
+    let mut squares: Vec<f64> = values.chunks_exact(length).map(mean_square).collect();
+    squares.sort_by(f64::total_cmp);
+    squares.get(squares.len() / 2).copied().unwrap_or(0.0)
+}
+
+fn range(values: &[f64]) -> f64 {
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
+            (low.min(v), high.max(v))
+        });
+    high - low
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn mean_square(values: &[f64]) -> f64 {
+    values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
+}
+
+/// What is left of `values` about a straight line.
+fn detrended(values: &[f64]) -> Vec<f64> {
+    let n = values.len() as f64;
+    let middle = (n - 1.0) / 2.0;
+    let mean = mean(values);
+    let along = values
+        .iter()
+        .enumerate()
+        .map(|(i, v)| (i as f64 - middle) * (v - mean))
+        .sum::<f64>();
+    let slope = along / (n * (n * n - 1.0) / 12.0).max(1.0);
+    let left = |(i, v): (usize, &f64)| v - mean - slope * (i as f64 - middle);
+    values.iter().enumerate().map(left).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,73 @@
+//! What a report says of the noise: each source beside the floor, and whether they agree.
+
+use super::number::rounded;
+use crate::diagnose::{Identified, Noise, NoiseMethod, Source};
+use serde::Serialize;
+
+/// What one source says of a channel's noise.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NoiseSource {
+    /// The source, as in `noise_method`.
+    pub from: &'static str,
+    /// Standard deviation, in the channel's unit.
+    pub value: f64,
+    /// Its standard error; null for the resolution, below which no noise can be.
+    pub standard_error: Option<f64>,
+}
+
+impl From<&Source> for NoiseSource {
+    fn from(source: &Source) -> Self {
+        Self {
+            from: source.method.name(),
+            value: source.value,
+            standard_error: source.error,
+        }
+    }
+}
+
+/// Where the noise floor is from, as part of a sentence.
+pub(super) fn taken_from(noise: &Noise, unit: &str) -> String {
+    let from = match noise.method {
+        NoiseMethod::RepeatedCommand => "what differs where the command repeats itself",
+        NoiseMethod::QuietStretches => "stretches in which the command rests",
+        NoiseMethod::Differences => "the fast part of the residual",
+        NoiseMethod::Resolution => "the steps of its values and times",
+    };
+    let others = noise
+        .sources
+        .iter()
+        .filter(|one| one.method != noise.method);
+    let others: Vec<String> = others
+        .map(|one| format!("{} {} {unit}", one.method.name(), rounded(one.value, 2)))
+        .collect();
+    match others.is_empty() {
+        true => from.into(),
+        false => format!("{from} (beside it: {})", others.join(", ")),
+    }
+}
+
+/// A sentence for each channel whose sources of noise do not agree.
+pub(super) fn disagreements(identified: &Identified) -> Vec<String> {
+    let one = |(channel, noise): (&String, &Noise)| {
+        let left = identified.after.remaining.get(channel);
+        let structure = &identified.after.problem.structure;
+        let output = structure
+            .observed
+            .iter()
+            .find(|one| one.name() == channel)?;
+        let unit = structure.unit(*output);
+        let pair = noise.disagreement(left.is_some_and(|left| left.structured))?;
+        let [first, second] = pair.map(|source| {
+            let error = source.error.unwrap_or(0.0);
+            let (value, error) = (rounded(source.value, 3), rounded(error, 2));
+            format!("{} ± {} {unit} from {}", value, error, source.method.name())
+        });
+        Some(format!(
+            "the noise of the {channel} is {first}, but {second}: it is not the same throughout, or one of them shows \
+             something else; {} {unit} from {} is taken for the verdict",
+            rounded(noise.value, 3),
+            noise.method.name()
+        ))
+    };
+    identified.noise.iter().filter_map(one).collect()
+}

@@ -708,6 +708,78 @@ fn where_nothing_rests_or_repeats_the_residual_shows_the_noise() {
     assert!(off(found, 0.1 / 3_f64.sqrt()) < 0.1, "{found}");
 }
 
+/// A folder with a record of a slow triangle, two periods of 100 s at 50 Hz, and of what a meter shows of the `flow` at a
+/// command and a time.
+fn slow_triangle(flow: impl Fn(f64, f64) -> f64) -> TempDir {
+    let command = |t: f64| 10.0 * (4.0 * ((t / 100.0 + 0.75).fract() - 0.5).abs() - 1.0);
+    let mut text = String::from("time [s],command [V],flow [L/min]\n");
+    for k in 0..10_000 {
+        let t = f64::from(k) * 0.02;
+        let u = command(t);
+        text += &format!("{t:.2},{u:.4},{:.5}\n", flow(u, t));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("record.csv"), text).unwrap();
+    folder
+}
+
+#[test]
+fn the_rounding_of_a_slow_meter_is_noise_and_no_effect() {
+    // A meter with steps of 0.1 gpm: 0.109 L/min over the root of twelve.
+    let step = 0.1 * 3.785_411_784;
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let errors: Vec<f64> = (0..10_000)
+        .map(|_| 0.02 * rng.random_range(-1.0..=1.0))
+        .collect();
+    let shown = |u: f64, t: f64| {
+        let error = errors[(t / 0.02).round() as usize];
+        step * ((4.0 * u + error) / step).round()
+    };
+    let folder = slow_triangle(shown);
+    let report = report(folder.path(), &["record.csv"]);
+    let floor = report["noise_floor"]["flow"].as_f64().unwrap();
+    assert_eq!(report["noise_method"]["flow"], "resolution");
+    let sources = report["noise_sources"]["flow"].as_array().unwrap();
+    let resolution = sources.iter().find(|one| one["from"] == "resolution");
+    let resolution = resolution.expect("the meter has steps");
+    let least = resolution["value"].as_f64().unwrap();
+    assert!(off(least, step / 12_f64.sqrt()) < 0.01, "{least}");
+    assert!(least <= floor && floor < 1.1 * least, "{floor}");
+    assert!(resolution["standard_error"].is_null(), "{resolution}");
+    assert_eq!(report["verdict"], "none", "{}", report["effects"]);
+    assert_eq!(
+        report["remaining"]["structured"], false,
+        "{}",
+        report["remaining"]
+    );
+}
+
+#[test]
+fn noise_that_grows_with_the_flow_is_told() {
+    // The valve rests at null before it moves, and the meter with it.
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let mut text = String::from("time [s],command [V],flow [L/min]\n");
+    let period = |k: i32| match k % 2000 {
+        k if k < 800 => 0.0,
+        k => 8.0 * (f64::from(k - 800) * std::f64::consts::TAU / 1200.0).sin(),
+    };
+    for k in 0..8000 {
+        let u = period(k);
+        let noise = 0.05 + 0.03 * u.abs();
+        let flow = 4.0 * u + noise * rng.random_range(-1.0..=1.0);
+        text += &format!("{:.3},{u:.6},{flow:.7}\n", f64::from(k) * 1e-3);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("record.csv"), text).unwrap();
+    let report = report(folder.path(), &["record.csv", "--effects", "none"]);
+    let warnings = report["warnings"].as_array().unwrap();
+    let told = |warning: &Value| {
+        let text = warning.as_str().unwrap();
+        text.contains("repeated command") && text.contains("quiet stretches")
+    };
+    assert!(warnings.iter().any(told), "{warnings:?}");
+}
+
 #[test]
 fn a_measured_servo_actuator_is_followed_on_a_record_never_fitted() {
     let files = [

@@ -90,6 +90,14 @@ fn steps(values: &[f64]) -> Vec<f64> {
     values.iter().for_each(|value| times[place(value)] += 1);
     let mut zones = vec![0.0; distinct.len()];
     set_zones(&distinct, &times, None, &mut zones);
+    // At the edge of a zone the finer step fits, too: a value that stands alone among coarse ones is a coarse one.
+    let coarsest = zones.iter().fold(0.0, |most: f64, step| most.max(*step));
+    for (zone, near) in zones.iter_mut().skip(1).zip(distinct.windows(3)) {
+        let alone = (near[1] - near[0]).min(near[2] - near[1]);
+        if alone <= (1.0 + MISSED) * coarsest {
+            *zone = zone.max(alone);
+        }
+    }
     values.iter().map(|value| zones[place(value)]).collect()
 }
 

@@ -226,7 +226,7 @@ impl Evidence {
         if coarse.is_empty() {
             return coarse;
         }
-        let values: Vec<f64> = model.problem.parameters.iter().map(|p| p.start).collect();
+        let values = Complete::nominal(&model.problem.parameters);
         let records = self.records(Side::Fit);
         let simulated = reference::trajectories(model.structure(), &values, records);
         let left = left_over(&Compared::all(records, &simulated), &coarse, &self.noise);

@@ -237,9 +237,9 @@ fn a_linear_curve_gives_its_rated_flow_whichever_part_of_it_is_there() {
     let short = flow_curve(&[0.0, 20.0, 50.0, 90.0], linear);
     let (report, text) = fitted(&[("--flow", short)], &[]);
     assert_eq!(figure(&report, "rated_flow")["value"], Value::Null);
-    assert!(
-        text.contains("No rated flow at 10 bar: the flow is known up to an opening of 90 % only.")
-    );
+    assert!(text.contains(
+        "No rated flow at 10 bar, linearity: the flow is known up to an opening of 90 % only."
+    ));
     assert!(off(figure(&report, "flow_gain")["value"].as_f64().unwrap(), 0.1) < 1e-4);
 }
 

@@ -128,6 +128,7 @@ fn a_report_and_an_inspection_say_what_was_scaled() {
     let folder = tempdir().unwrap();
     write(folder.path().join("loop.csv"), current_loop(1500)).unwrap();
     let map = "I_soll=command [%] *12.5 -150";
+    let spool = "I_ist=spool [%] *-12.5 +150";
     let call = [
         "identify",
         "loop.csv",
@@ -141,7 +142,7 @@ fn a_report_and_an_inspection_say_what_was_scaled() {
         "--map",
         map,
         "--map",
-        "I_ist=spool [%] *-12.5 +150",
+        spool,
     ];
     let report: serde_json::Value =
         serde_json::from_str(&printed(&servobee(folder.path(), &call))).unwrap();
@@ -156,7 +157,7 @@ fn a_report_and_an_inspection_say_what_was_scaled() {
 
     let inspected = printed(&servobee(
         folder.path(),
-        &["inspect", "loop.csv", "--map", map],
+        &["inspect", "loop.csv", "--map", map, "--map", spool],
     ));
     assert!(inspected.contains("command [%] *12.5 -150"), "{inspected}");
     assert!(

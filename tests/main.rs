@@ -35,4 +35,5 @@ mod resume;
 mod rig;
 mod scorecard;
 mod shader;
+mod signals;
 mod surroundings;

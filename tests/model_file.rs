@@ -6,7 +6,8 @@ use servobee::model::effects::CATALOGUE;
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
 use servobee::model::{
-    Complete, Drive, Hold, Initial, Output, Parameter, Piston, Role, ServoValve, Structure,
+    Complete, Drive, Hold, Initial, Output, Parameter, Piston, Polarity, Role, ServoValve,
+    Structure,
 };
 use servobee::report::ModelFile;
 use servobee::{Error, Result};
@@ -198,10 +199,6 @@ fn what_is_wrong_is_named_with_its_line() {
             whole("valve.area = \"linear\"\n"),
             &["line 5", "follows from its flow", "delete"],
         ),
-        (
-            format!("{}piston = \"servo\"\n", WHOLE.replace("spool", "position")),
-            &["line 5", "in mm", "integrated"],
-        ),
         (table("[0, 1, 2]"), &["line 6", "fewer than four", "rising"]),
         (table("[0, 1, 1, 2]"), &["line 6", "do not rise", "rising"]),
         (
@@ -330,6 +327,7 @@ fn any_structure() -> impl Strategy<Value = Structure> {
         select(vec![Hold::Held, Hold::Interpolated]),
         select(vec![Initial::Equilibrium, Initial::Rest, Initial::Free]),
         any::<bool>(),
+        select(vec![Polarity::Positive, Polarity::Negative]),
     );
     let valve = (
         area,
@@ -342,13 +340,8 @@ fn any_structure() -> impl Strategy<Value = Structure> {
     let scale = (1e-6..1e6_f64, units.clone(), proptest::option::of(units));
     (scale, kinds, valve, effects).prop_map(|(scale, kinds, valve, effects)| {
         let (full_scale, command_unit, spool_unit) = scale;
-        let (observed, drive, piston, hold, initial, reversed) = kinds;
+        let (observed, drive, piston, hold, initial, reversed, polarity) = kinds;
         let (area, orifices, transition, meter, drop) = valve;
-        let piston = if command_unit == "mm" {
-            piston
-        } else {
-            Piston::Integrated
-        };
         let mut structure = Structure {
             observed,
             hold,
@@ -357,6 +350,7 @@ fn any_structure() -> impl Strategy<Value = Structure> {
                 drive,
                 spool_unit: spool_unit.map(String::from),
                 piston,
+                polarity,
                 reversed,
                 ..ServoValve::default()
             }

@@ -121,6 +121,8 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
             fit: vec![series],
             hold_out: vec![held],
             rows: 400,
+            is_static: false,
+            bench: Vec::new(),
             records: Vec::new(),
         },
         hold_known: true,

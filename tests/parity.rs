@@ -13,7 +13,7 @@ use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, Status, wgsl,
 };
 use servobee::model::valve::ValveForm;
-use servobee::model::{Initial, Output, Outputs, Piston, Structure};
+use servobee::model::{Initial, Output, Outputs, Parameter, Piston, Structure};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -910,6 +910,9 @@ fn a_tone_is_heard_in_the_spool_on_every_evaluator() {
     unheard.structure.observed = vec![Output::Position];
     let base = unheard.structure.servo_valve_mut();
     base.expect("a servo valve").piston = Piston::Servo;
+    let all = unheard.structure.parameters();
+    let own = all.into_iter().skip(unheard.parameters.len());
+    unheard.parameters.extend(own.map(Parameter::fixed));
     let population = near_start(&heard, 8, 1);
     let expected = on_cpu(Precision::F32, &unheard, &population);
     let found = on_gpu(&mut gpu, &unheard, &population);

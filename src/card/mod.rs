@@ -210,6 +210,32 @@ impl Card {
     }
 }
 
+/// Why a figure is not there.
+const NO_FULL_SCALE: &str = "the full scale of the command is not known";
+
+impl Card {
+    /// The card where nobody has said what the full scale of the command is: what depends on it is not determined.
+    pub fn without_full_scale(mut self) -> Self {
+        for figure in &mut self.figures {
+            if figure.quantity.needs_full_scale() {
+                *figure = Figure {
+                    quantity: figure.quantity,
+                    label: figure.label.clone(),
+                    unit: figure.unit.clone(),
+                    value: None,
+                    low: None,
+                    high: None,
+                    no_interval: None,
+                    note: NO_FULL_SCALE.into(),
+                    measured: None,
+                    no_measured: Some(NO_FULL_SCALE.into()),
+                };
+            }
+        }
+        self
+    }
+}
+
 /// The curves that were measured, beside those of the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {

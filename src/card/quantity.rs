@@ -39,6 +39,16 @@ pub enum Quantity {
     Overshoot,
 }
 
+impl Quantity {
+    /// Whether it is another figure where the full scale of the command is another.
+    pub(super) fn needs_full_scale(self) -> bool {
+        !matches!(
+            self,
+            Self::FlowGain | Self::Asymmetry | Self::Polarity | Self::Leakage
+        )
+    }
+}
+
 impl Display for Quantity {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         f.write_str(match self {

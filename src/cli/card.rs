@@ -54,8 +54,10 @@ pub(super) fn print(document: &Document) {
     }) {
         tell!("Measured by {test}: {labels}.");
     }
-    for (reason, labels) in grouped(figures, |figure| figure.no_measured.as_deref()) {
-        tell!("Not measured: {labels}: {reason}.");
+    if !document.records.is_empty() {
+        for (reason, labels) in grouped(figures, |figure| figure.no_measured.as_deref()) {
+            tell!("Not measured: {labels}: {reason}.");
+        }
     }
     tell!();
 }

@@ -5,6 +5,7 @@ mod print;
 
 use super::options::{self, Options, spinner};
 use super::reading::ReadingOptions;
+use super::table::number;
 use super::work::interrupted;
 use super::{colour, interrupt};
 use servobee::card::{Accuracy, Card, Measured};
@@ -12,7 +13,7 @@ use servobee::diagnose::{self, Cut, IdentificationProblem, ROWS, identify};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{Fingerprint, parameters_for, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
-use servobee::record::{Channel, HOLD_OUT, Reading, Record, check_mappings};
+use servobee::record::{Channel, HOLD_OUT, Reading, Record, check_mappings, usual_full_scale};
 use servobee::report::{Call, Document, InputFile, ModelFile};
 use servobee::search::Plan;
 use servobee::{Error, Result};
@@ -110,7 +111,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         Some(file) => file.structure(|| structure_for(&records))?,
         None => structure_for(&records)?,
     };
-    structure.full_scale = arguments.options.full_scale.unwrap_or(structure.full_scale);
+    let says_full_scale = file.as_ref().is_some_and(ModelFile::says_full_scale);
+    match arguments.options.full_scale {
+        Some(full_scale) => structure.full_scale = full_scale,
+        None if says_full_scale => {}
+        None => all
+            .iter()
+            .try_for_each(|record| record.check_live_zeros())?,
+    }
     let parameters = parameters_for(&structure, &records);
     let parameters = match &file {
         Some(file) => file.parameters(parameters)?,
@@ -120,7 +128,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         hold_out: arguments.hold_out_share,
         rows: arguments.max_rows,
     };
-    let problem = IdentificationProblem {
+    let full_scale = arguments.options.full_scale.is_some()
+        || says_full_scale
+        || usual_full_scale(&structure.command_unit).is_some();
+    let mut problem = IdentificationProblem {
         hold_known: file.as_ref().is_some_and(ModelFile::says_hold),
         ..IdentificationProblem::new(structure, parameters, &records, &held_out, cut)?
     };
@@ -130,6 +141,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         &all,
         &arguments.accuracy.clone().unwrap_or_default(),
     );
+    if !full_scale {
+        problem.measurements.bench.push(format!(
+            "full scale is taken to be the largest |command|, {} {}: what the valve card has in shares of it is not \
+             determined until --full-scale or a model file gives it",
+            number(problem.structure.full_scale),
+            problem.structure.command_unit
+        ));
+    }
     drop((records, held_out));
     let measurements = &problem.measurements;
     let used = measurements.used();
@@ -166,6 +185,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let after = &identified.after;
         let hold = after.problem.structure.hold;
         let card = Card::of(&after.problem, &after.fit).beside(measured, hold);
+        let card = match full_scale {
+            true => card,
+            false => card.without_full_scale(),
+        };
         (identified, card, of_run)
     });
     bar.finish_and_clear();

@@ -147,7 +147,9 @@ impl Diagnosis<'_> {
             noise: &noise,
             evidence,
         };
-        let asked = self.options.asked(&before.problem.structure);
+        let asked = self
+            .options
+            .asked(&before.problem.structure, self.measurements.is_static);
         let attribution = self.attribution(&mut base, &asked)?;
         let mut criteria = Criteria {
             diagnosed: !asked.is_empty() && base.model.is_some() && self.stage.goes_on(),

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::model::Structure;
+use crate::model::base::servo_valve::remarks;
 use crate::record::{HOLD_OUT, Record};
 use serde::Serialize;
 use std::ops::Range;
@@ -17,6 +18,12 @@ const STRETCH: usize = 4096;
 const STRETCHES: usize = 10;
 /// The simulation runs in before a stretch over one in so many of its rows.
 const RUN_IN: usize = 4;
+
+/// A sweep is held out in at most so many pieces from one reversal to the next, each of so many rows at least.
+const PIECES: usize = 10;
+const SHORTEST_PIECE: usize = 10;
+/// A command has turned when it has gone back by this share of its range.
+const TURN: f64 = 0.05;
 
 /// How records are cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,10 +71,15 @@ pub struct Measurements {
     pub rows: usize,
     /// The records.
     pub records: Vec<Used>,
+    /// Whether all of them are static sweeps: see [`Record::is_static`].
+    pub is_static: bool,
+    /// What their bench is taken to be, where that is not what most are.
+    pub bench: Vec<String>,
 }
 
 impl Measurements {
-    /// All of `records` are fitted where there are records to hold out; otherwise the end of each is held out.
+    /// All of `records` are fitted where there are records to hold out; otherwise the end of each is held out, and of a
+    /// static sweep pieces all along it, so that both directions are in what is fitted and in what is held out.
     ///
     /// # Errors
     /// A record lacks a channel that the structure needs, or has it in another unit.
@@ -85,13 +97,11 @@ impl Measurements {
             hold_out: Vec::new(),
             rows,
             records: Vec::new(),
+            is_static: records.iter().all(Record::is_static),
+            bench: remarks(structure, records),
         };
         let mut add = |record: &Record, fitted: usize| -> Result<()> {
             let whole = Series::from_record(record, structure)?;
-            let stretches = match share < 1.0 {
-                true => stretches(&record.command().values, share, fitted),
-                false => whole_record(record.samples(), fitted),
-            };
             let mut used = Used {
                 name: record.name.clone(),
                 path: record.path.clone(),
@@ -99,6 +109,22 @@ impl Measurements {
                 rows: record.samples(),
                 fitted: 0,
                 held_out: 0,
+            };
+            let split = (1..record.samples()).contains(&fitted);
+            if split && share == 1.0 && record.is_static() {
+                let held = held_in_turn(&record.command().values, cut.hold_out);
+                used.held_out = held.iter().filter(|&&held| held).count();
+                used.fitted = record.samples() - used.held_out;
+                result.fit.push(counting(&whole, rate, |row| !held[row]));
+                result
+                    .hold_out
+                    .push(counting(&whole, rate, |row| held[row]));
+                result.records.push(used);
+                return Ok(());
+            }
+            let stretches = match share < 1.0 {
+                true => stretches(&record.command().values, share, fitted),
+                false => whole_record(record.samples(), fitted),
             };
             for stretch in stretches {
                 let held = stretch.counts.start >= fitted;
@@ -181,6 +207,61 @@ fn whole_record(rows: usize, fitted: usize) -> Vec<Stretch> {
     both.into_iter().filter(kept).collect()
 }
 
+/// `whole` with the rows that count; the others are simulated, too.
+fn counting(whole: &Series, rate: f64, counts: impl Fn(usize) -> bool) -> Series {
+    let mut series = whole.clone();
+    for (row, sample) in series.samples.iter_mut().enumerate() {
+        if !counts(row) {
+            sample.weight = 0.0;
+        }
+    }
+    series.set_steps(rate, 1);
+    series
+}
+
+/// Which rows of a sweep with this `command` are held out: the same `share` of every way from one reversal to the next, in
+/// pieces.
+fn held_in_turn(command: &[f64], share: f64) -> Vec<bool> {
+    let reversals = reversals(command);
+    let mut held = Vec::with_capacity(command.len());
+    for way in reversals.windows(2) {
+        let rows = way[1] - way[0];
+        let pieces = (rows / SHORTEST_PIECE).clamp(1, PIECES);
+        for row in 0..rows {
+            let piece = (row * pieces / rows) as f64;
+            held.push(((piece + 1.0) * share).floor() > (piece * share).floor());
+        }
+    }
+    held
+}
+
+/// The first row, those in which the command turns, and the number of rows.
+fn reversals(command: &[f64]) -> Vec<usize> {
+    let (low, high) = command
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+            (low.min(value), high.max(value))
+        });
+    let turn = TURN * (high - low);
+    let mut found = vec![0];
+    // The row of the extreme so far, and whether the command has risen to it.
+    let (mut extreme, mut rising) = (0, None);
+    for (row, &value) in command.iter().enumerate() {
+        let moved = value - command[extreme];
+        let onwards = rising.is_some_and(|rising| (moved > 0.0) == rising) && moved != 0.0;
+        if onwards {
+            extreme = row;
+        } else if moved.abs() > turn {
+            if rising.is_some() {
+                found.push(extreme);
+            }
+            (extreme, rising) = (row, Some(moved > 0.0));
+        }
+    }
+    found.push(command.len());
+    found
+}
+
 /// Stretches all along a record with this `command` which have about `share` of its rows: of each of equal sections the
 /// one in which the command moves most. None lies on both sides of row `fitted`, and either side has one.
 fn stretches(command: &[f64], share: f64, fitted: usize) -> Vec<Stretch> {
@@ -236,6 +317,32 @@ fn sections(rows: Range<usize>, count: usize) -> impl Iterator<Item = Range<usiz
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn both_directions_of_a_sweep_are_fitted_and_held_out() {
+        let there = (0..=100).map(f64::from);
+        let command: Vec<f64> = there.clone().chain(there.rev()).collect();
+        assert_eq!(reversals(&command), [0, 100, 202]);
+        let held = held_in_turn(&command, 0.3);
+        assert_eq!(held.len(), command.len());
+        for way in [0..101, 101..202] {
+            for upper in [false, true] {
+                let rows = || way.clone().filter(|&row| (command[row] > 50.0) == upper);
+                let out = rows().filter(|&row| held[row]).count();
+                assert!(
+                    out >= 9 && rows().count() - out >= 30,
+                    "{way:?} {upper}: {out}"
+                );
+            }
+        }
+        let share = held.iter().filter(|&&held| held).count() as f64 / 202.0;
+        assert!((share - 0.3).abs() < 0.02, "{share}");
+        // What trembles does not turn.
+        let trembling: Vec<f64> = (0..200)
+            .map(|k| f64::from(k) + 2.0 * f64::from(k % 2))
+            .collect();
+        assert_eq!(reversals(&trembling), [0, 200]);
+    }
 
     proptest! {
         #[test]

@@ -79,10 +79,12 @@ impl Options {
         }
     }
 
-    /// The effects that may be added to `structure`.
-    pub(super) fn asked(&self, structure: &Structure) -> Vec<Effect> {
+    /// The effects that may be added to `structure`; where the records are static sweeps, none that only quick motion shows.
+    pub(super) fn asked(&self, structure: &Structure, is_static: bool) -> Vec<Effect> {
         let new = |effect: &&Effect| {
-            !structure.effects.contains(effect) && effect.entry.on(structure).contains(effect)
+            let shows = !is_static || !effect.needs_quick_motion();
+            let acts = effect.entry.on(structure).contains(effect);
+            shows && acts && !structure.effects.contains(effect)
         };
         match self.max_effects {
             0 => Vec::new(),

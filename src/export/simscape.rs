@@ -4,7 +4,7 @@ use super::Model;
 use crate::model::effects::Port;
 use crate::model::orifice::{CRITICAL_REYNOLDS, LAMINAR_RATIO, Transition};
 use crate::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
-use crate::model::{Hold, Initial, Output, Parameter};
+use crate::model::{Hold, Initial, Output, Parameter, Polarity};
 use std::fmt::Write;
 
 /// The script for "Proportional and Servo-Valve Actuator" and "4-Way Directional Valve".
@@ -282,6 +282,12 @@ fn missing(model: &Model) -> String {
             value(model, "spool_gain"),
             structure.command_unit
         ));
+    }
+    if structure
+        .servo_valve()
+        .is_some_and(|base| base.polarity == Polarity::Negative)
+    {
+        list.push("negative polarity: exchange A and B".into());
     }
     if structure.observes(Output::Position) && structure.integrates_position() {
         let sign = if structure.servo_valve().is_some_and(|base| base.reversed) {

@@ -22,7 +22,7 @@ mod structure;
 pub mod valve;
 
 pub use base::ServoValve;
-pub use base::servo_valve::{Drive, Piston};
+pub use base::servo_valve::{Drive, Piston, Polarity};
 pub use complete::Complete;
 pub use fluid::Fluid;
 pub use free_form::{FreeForm, Signal};

@@ -291,7 +291,7 @@ impl Structure {
 /// How a structure stands in a model file.
 mod written {
     use super::{Base, Effect, FreeForm, Hold, Initial, Output, ServoValve, ValveForm};
-    use crate::model::base::servo_valve::{Drive, Piston};
+    use crate::model::base::servo_valve::{Drive, Piston, Polarity};
     use serde::{Deserialize, Serialize};
 
     #[derive(Serialize, Deserialize)]
@@ -309,7 +309,9 @@ mod written {
         spool_unit: Option<String>,
         #[serde(default)]
         piston: Piston,
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        #[serde(default, skip_serializing_if = "is_default")]
+        polarity: Polarity,
+        #[serde(default, skip_serializing_if = "is_default")]
         reversed: bool,
         #[serde(default)]
         hold: Hold,
@@ -321,6 +323,10 @@ mod written {
         effects: Vec<Effect>,
         #[serde(default, skip_serializing_if = "Option::is_none")]
         free_form: Option<FreeForm>,
+    }
+
+    fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+        *value == T::default()
     }
 
     impl From<super::Structure> for Structure {
@@ -337,6 +343,7 @@ mod written {
                 drive: servo_valve.drive,
                 spool_unit: servo_valve.spool_unit,
                 piston: servo_valve.piston,
+                polarity: servo_valve.polarity,
                 reversed: servo_valve.reversed,
                 hold: structure.hold,
                 initial: structure.initial,
@@ -361,6 +368,7 @@ mod written {
                 drive: written.drive,
                 spool_unit: written.spool_unit,
                 piston: written.piston,
+                polarity: written.polarity,
                 reversed: written.reversed,
                 valve: written.valve,
             };
@@ -369,7 +377,7 @@ mod written {
                 other if servo_valve == ServoValve::default() => other,
                 other => {
                     return Err(format!(
-                        "drive, spool_unit, piston, reversed and valve are of a servo valve, and the base model is {}: \
+                        "drive, spool_unit, piston, polarity, reversed and valve are of a servo valve, and the base model is {}: \
                          leave them out",
                         other.name()
                     ));

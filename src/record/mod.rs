@@ -19,6 +19,7 @@ mod table;
 mod tdms;
 mod text;
 mod unit;
+mod wiring;
 mod xlsx;
 
 pub use channel::Channel;
@@ -28,6 +29,7 @@ pub use mapping::Mapping;
 pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
 pub use unit::{Quantity, Unit};
+pub use wiring::Direction;
 
 use crate::input::sha256;
 use crate::{Error, Result};
@@ -501,7 +503,7 @@ pub fn full_scale(unit: &str, max_abs: f64) -> f64 {
 }
 
 /// The full scale that a unit has by itself.
-fn usual_full_scale(unit: &str) -> Option<f64> {
+pub fn usual_full_scale(unit: &str) -> Option<f64> {
     match unit {
         "V" => Some(10.0),
         "%" => Some(100.0),

@@ -12,6 +12,9 @@ use super::provenance::{Call, HoldReport, InputFile, Program, now};
 use crate::card::{Card, Figure, Quantity};
 use crate::diagnose::{Identified, Improvement, Sides, Unexcited, Used, Verdict};
 use crate::evaluate::{Chosen, Score};
+use crate::model::Structure;
+use crate::model::effects::{Effect, Port};
+use crate::record::joined;
 use crate::search::datasheet::Measured;
 use crate::search::fitted_sheet::FittedSheet;
 use serde::Serialize;
@@ -70,6 +73,9 @@ pub struct Document {
     pub evaluations: usize,
     /// What was taken for the command between two rows; null where there are no rows in time.
     pub hold: Option<HoldReport>,
+    /// What the bench of the records is taken to be, where that is not what most are: to be checked first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bench: Vec<String>,
     /// The records.
     pub records: Vec<Used>,
     /// Files that were read beside them.
@@ -129,7 +135,7 @@ impl Document {
                 ));
             }
         }
-        warnings.extend(card.figures.iter().filter_map(disagreement));
+        warnings.extend(differences(card, &after.problem.structure));
         warnings.extend(disagreements(identified));
         let remaining = RemainingReport::of(&after.remaining);
         if remaining.structured {
@@ -188,6 +194,7 @@ impl Document {
             seed,
             evaluations: identified.evaluations,
             hold: Some(hold),
+            bench: identified.measurements.bench.clone(),
             records: identified.measurements.records.clone(),
             files: call.files,
             program: Program::default(),
@@ -252,6 +259,7 @@ impl Document {
             seed,
             evaluations: fits.iter().map(|one| one.fit.evaluations).sum(),
             hold: None,
+            bench: Vec::new(),
             records: Vec::new(),
             files: call.files,
             program: Program::default(),
@@ -301,8 +309,30 @@ impl Document {
     }
 }
 
-/// That the model's figure and the measured one differ by more than their intervals, with both.
-fn disagreement(figure: &Figure) -> Option<String> {
+/// Which figures of the model and of the measured curves differ by more than their intervals. Where a sensor lags they must:
+/// the model's are without it.
+fn differences(card: &Card, structure: &Structure) -> Vec<String> {
+    let differ = card.figures.iter().filter(|figure| figure.disagrees());
+    let lags =
+        |effect: &Effect| effect.entry.port == Port::Measurement && !effect.entry.states.is_empty();
+    if !structure.effects.iter().any(lags) {
+        return differ.filter_map(difference).collect();
+    }
+    let labels: Vec<&str> = differ.map(|figure| figure.label.as_str()).collect();
+    match labels[..] {
+        [] => Vec::new(),
+        _ => vec![format!(
+            "the measured curves hold the lag of a sensor, which the model's figures are without: they differ in {}",
+            joined(
+                labels.iter().map(|label| (*label).to_owned()).collect(),
+                "and"
+            )
+        )],
+    }
+}
+
+/// The model's figure and the measured one.
+fn difference(figure: &Figure) -> Option<String> {
     let (value, measured) = (figure.value?, figure.measured.as_ref()?);
     let unit = match figure.unit.as_str() {
         "1" => String::new(),
@@ -313,15 +343,13 @@ fn disagreement(figure: &Figure) -> Option<String> {
         Quantity::Hysteresis => "the measured loop, with what lags in it, ",
         _ => "the measured curve ",
     };
-    figure.disagrees().then(|| {
-        format!(
-            "{}: the model has {}{unit}, {what}{}{unit} ({})",
-            figure.label,
-            number(value),
-            number(measured.value),
-            measured.test
-        )
-    })
+    Some(format!(
+        "{}: the model has {}{unit}, {what}{}{unit} ({})",
+        figure.label,
+        number(value),
+        number(measured.value),
+        measured.test
+    ))
 }
 
 /// The figures of the card: of a model that does not explain its record, without intervals.

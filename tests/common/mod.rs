@@ -11,8 +11,8 @@ use servobee::evaluate::{Population, Problem};
 use servobee::model::orifice::Transition;
 use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
 use servobee::model::{
-    Complete, Hold, Initial, Input, Output, Outputs, Parameter, Piston, Plant, Scale, ServoValve,
-    Structure,
+    Complete, Drive, Hold, Initial, Input, Output, Outputs, Parameter, Piston, Plant, Polarity,
+    Scale, ServoValve, Structure,
 };
 use std::f64::consts::TAU;
 
@@ -402,6 +402,20 @@ pub(crate) fn cases() -> Vec<Case> {
             &[&ACTUATOR, &[("spool_gain", 0.3)]],
             vec![record()],
         ),
+        case(
+            "linear valve, negative polarity, ports measured",
+            Structure {
+                base: ServoValve {
+                    drive: Drive::Direct,
+                    polarity: Polarity::Negative,
+                    ..ServoValve::with(with_drop(Drop::Ports))
+                }
+                .into(),
+                ..Structure::flow_bench(ValveForm::linear())
+            },
+            &[&LINEAR],
+            vec![bench()],
+        ),
         wide("actuator, default bounds", actuator(), &[&ACTUATOR]),
         case(
             "linear valve, rated drop",
@@ -505,7 +519,10 @@ pub(crate) fn cases() -> Vec<Case> {
                 .into(),
                 ..actuator()
             },
-            &[&ACTUATOR],
+            &[
+                &ACTUATOR,
+                &[("position_gain", 25.0), ("position_zero", 120.0)],
+            ],
             vec![record()],
         ),
         case(

@@ -27,6 +27,9 @@ pub(super) fn print(identified: &Identified, document: &Document) {
     if let Some(hold) = &document.hold {
         tell!("{}", hold.sentence());
     }
+    for remark in &document.bench {
+        tell!("Bench: {remark}.");
+    }
     tell!("{}", explain::HELD_OUT);
     tell!(
         "{}\n",

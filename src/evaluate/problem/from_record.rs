@@ -1,7 +1,7 @@
 //! From a record to a series: which channels a structure needs, and in which units.
 
 use crate::evaluate::problem::{Sample, Series};
-use crate::model::{Input, Output, Outputs, Piston, Structure};
+use crate::model::{Input, Outputs, Structure};
 use crate::record::{Channel, Record};
 use crate::{Error, Result};
 
@@ -79,18 +79,14 @@ fn check_units(record: &Record, structure: &Structure) -> Result<()> {
     for &output in &structure.observed {
         check(output.channel(), structure.unit(output))?;
     }
-    let servo = structure.servo_valve().map(|base| base.piston) == Some(Piston::Servo);
-    if structure.observes(Output::Position) && servo {
-        check(Channel::Position, &structure.command_unit)?;
-    }
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::ServoValve;
     use crate::model::valve::{Drop, ValveForm};
+    use crate::model::{Output, ServoValve};
     use crate::record;
 
     fn record(channels: &[(Channel, &str, f64)]) -> Record {
@@ -141,15 +137,6 @@ mod tests {
         let supply = (Channel::SupplyPressure, "bar", 70.0);
         let measured = (Channel::Flow, "L/min", 1.0);
         let spool = Structure::actuator(10.0, "V");
-        let servo = Structure {
-            observed: vec![Output::Position],
-            base: ServoValve {
-                piston: Piston::Servo,
-                ..ServoValve::default()
-            }
-            .into(),
-            ..spool.clone()
-        };
         for (channels, structure, parts) in [
             (vec![command, supply], &flow, ["has no flow", "observes it"]),
             (
@@ -166,11 +153,6 @@ mod tests {
                 vec![command, (Channel::Spool, "%", 1.0)],
                 &spool,
                 ["spool [%]", "in V"],
-            ),
-            (
-                vec![command, (Channel::Position, "mm", 1.0)],
-                &servo,
-                ["position [mm]", "in V"],
             ),
         ] {
             let error = Series::from_record(&record(&channels), structure).unwrap_err();

@@ -1,6 +1,6 @@
 //! An effect's place in the catalogue, and an effect chosen from it.
 
-use super::view::{View, looked_at};
+use super::view::{Excitation, View, looked_at};
 use super::{Act, Action, entry, known};
 use crate::model::valve::Drop;
 use crate::model::{Output, Outputs, Parameter, Structure};
@@ -207,6 +207,15 @@ impl Effect {
     pub fn view(&self) -> View {
         let usual = View::of_port(self.entry.port);
         self.entry.view.unwrap_or(usual)
+    }
+
+    /// Whether quick motion alone shows it, though it acts in the valve or its lines: a static sweep says nothing of it.
+    pub fn needs_quick_motion(&self) -> bool {
+        let quick = matches!(
+            self.view().excitation,
+            Excitation::Chirp | Excitation::Step { .. }
+        );
+        quick && self.entry.port != Port::Measurement
     }
 
     /// The name of the parameter that is the frequency of what it adds, where it adds an oscillation.

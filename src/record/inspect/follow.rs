@@ -36,27 +36,42 @@ pub(super) fn follows(command: &[f64], response: &[f64]) -> Option<Follows> {
     }
     let (command, response) = (centred(&command[..rows])?, centred(&response[..rows])?);
     let farthest = FARTHEST.min(rows / 4) as isize;
-    let at = |lag: isize| {
-        let (early, late) = match lag >= 0 {
-            true => (&command, &response),
-            false => (&response, &command),
-        };
-        let pairs = || early.iter().zip(&late[lag.unsigned_abs()..]);
-        let sum = |of: fn((&f64, &f64)) -> f64| pairs().map(of).sum::<f64>();
-        let scale = (sum(|(a, _)| a * a) * sum(|(_, b)| b * b)).sqrt();
-        let correlation = match scale > 0.0 {
-            true => sum(|(a, b)| a * b) / scale,
-            false => 0.0,
-        };
-        Follows {
-            rows: lag,
-            correlation,
-        }
+    let at = |lag: isize| Follows {
+        rows: lag,
+        correlation: match lag >= 0 {
+            true => correlation(&command, &response, lag as usize),
+            false => correlation(&response, &command, lag.unsigned_abs()),
+        },
     };
     let strength = |follows: &Follows| follows.correlation.abs();
     (-farthest..=farthest)
         .map(at)
         .max_by(|one, other| strength(one).total_cmp(&strength(other)))
+}
+
+/// The correlation of `early` with what `late` is `lag` rows later; both are about their means.
+fn correlation(early: &[f64], late: &[f64], lag: usize) -> f64 {
+    let pairs = || early.iter().zip(&late[lag..]);
+    let sum = |of: fn((&f64, &f64)) -> f64| pairs().map(of).sum::<f64>();
+    let scale = (sum(|(a, _)| a * a) * sum(|(_, b)| b * b)).sqrt();
+    match scale > 0.0 {
+        true => sum(|(a, b)| a * b) / scale,
+        false => 0.0,
+    }
+}
+
+/// The correlation of `response` with `command` where they are most alike, at lags at which the command correlates with
+/// itself by more than `itself`.
+pub(in crate::record) fn alike(command: &[f64], response: &[f64], itself: f64) -> Option<f64> {
+    let rows = command.len().min(response.len()).min(ROWS);
+    if rows < FEWEST {
+        return None;
+    }
+    let (command, response) = (centred(&command[..rows])?, centred(&response[..rows])?);
+    (0..FARTHEST.min(rows / 4))
+        .take_while(|&lag| correlation(&command, &command, lag) > itself)
+        .map(|lag| correlation(&command, &response, lag))
+        .max_by(|one, other| one.abs().total_cmp(&other.abs()))
 }
 
 /// The values about their mean; `None` where nothing is left.

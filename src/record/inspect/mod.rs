@@ -22,6 +22,7 @@ use super::table::Table;
 use super::{Reading, Record, file};
 use crate::Result;
 use call::call;
+pub(super) use follow::alike;
 use inspection::Signals;
 use propose::{Proposed, proposals};
 use std::path::Path;
@@ -133,5 +134,7 @@ fn record(table: &Table, reading: &Reading) -> Result<Record> {
     let record = Record::of(table, reading)?;
     record.check_excited()?;
     record.check_response()?;
+    record.check_live_zeros()?;
+    record.check_spool_direction()?;
     Ok(record)
 }

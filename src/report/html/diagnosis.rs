@@ -56,6 +56,7 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
             Some(cut) => { h1 { "Cut short: there is no verdict." } p.lead { (cut.sentence()) } }
         }
         p.lead { (words::errors(identified)) }
+        @for remark in &document.bench { p { b { "Bench" } ": " (remark) "." } }
         p.note { (explain::base_model(&identified.before.problem.structure)) " " (explain::HELD_OUT) }
         @if let Some(form) = &document.free_form { p { (words::correction(form)) } }
         @if let Some(fell) = &document.error.improvement.hold_out {

@@ -4,7 +4,7 @@ use super::ModelFile;
 use crate::Result;
 use crate::model::effects::Port;
 use crate::model::valve::AreaLaw;
-use crate::model::{FreeForm, Output, Piston, Signal, Structure};
+use crate::model::{FreeForm, Output, Signal, Structure};
 use crate::record::{Quantity, Unit, joined, quoted};
 use std::ops::RangeInclusive;
 
@@ -56,14 +56,6 @@ impl ModelFile {
                 &["observed"],
                 "the observed outputs are none, not in order, or there twice".into(),
                 &format!("list at least one of {}, in this order", known.join(", ")),
-            );
-        }
-        let servo = structure.servo_valve().map(|base| base.piston) == Some(Piston::Servo);
-        if servo && structure.observes(Output::Position) && command_unit != "mm" {
-            return refuse(
-                &["piston"],
-                format!("a position loop has its command in mm, not in {command_unit}"),
-                "convert the command, or use piston = \"integrated\"",
             );
         }
         let effects = &structure.effects;

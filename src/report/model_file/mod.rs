@@ -223,6 +223,12 @@ impl ModelFile {
         own.is_some_and(|own| own.get_ref().get("hold").is_some())
     }
 
+    /// Whether the file says what the full scale of the command is.
+    pub fn says_full_scale(&self) -> bool {
+        let own = self.own_structure();
+        own.is_some_and(|own| own.get_ref().get("full_scale").is_some())
+    }
+
     /// The structure of a file that must have all of it.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 
 mod records;
 
-pub use records::{parameters_for, scale_of, structure_for};
+pub use records::{parameters_for, remarks, scale_of, structure_for};
 
 use super::{BaseModel, Equations, Shown, WithEquations};
 use crate::model::actuator::Actuator;
@@ -25,6 +25,10 @@ pub const SATURATION: &str = "saturation";
 const INITIAL_SPOOL: &str = "initial_spool";
 /// Measured spool over spool in the unit of the command.
 pub const SPOOL_GAIN: &str = "spool_gain";
+/// Position of a closed loop over its command in another unit.
+pub const POSITION_GAIN: &str = "position_gain";
+/// Position of a closed loop at zero command in another unit, mm.
+pub const POSITION_ZERO: &str = "position_zero";
 /// Area of the piston, cm2.
 pub const PISTON_AREA: &str = "piston_area";
 
@@ -42,6 +46,26 @@ pub enum Drive {
     Actuator,
     /// The spool follows the command at once, as on the paper's flow test bench.
     Direct,
+}
+
+/// Which way a valve opens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Polarity {
+    /// A positive spool connects P with A.
+    #[default]
+    Positive,
+    /// A positive spool connects P with B: the measured flow falls where the command rises.
+    Negative,
+}
+
+impl Polarity {
+    fn sign(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
 }
 
 /// What a measured piston position is.
@@ -64,6 +88,8 @@ pub struct ServoValve {
     pub spool_unit: Option<String>,
     /// What a measured position is.
     pub piston: Piston,
+    /// Which way the valve opens.
+    pub polarity: Polarity,
     /// Whether an integrated position falls where the flow is positive: the cylinder is connected the other way round.
     pub reversed: bool,
     /// The valve, where flow or an integrated position is observed.
@@ -81,6 +107,12 @@ impl ServoValve {
 
     fn moves_a_spool(&self) -> bool {
         self.drive == Drive::Actuator
+    }
+
+    /// Whether the position is that of a loop whose command is in another unit.
+    fn converts_position(&self, structure: &Structure) -> bool {
+        let is_loop = structure.observes(Output::Position) && self.piston == Piston::Servo;
+        is_loop && structure.command_unit != self.unit(structure, Output::Position)
     }
 
     /// Whether `structure`, whose base this is, integrates a position from the flow.
@@ -205,6 +237,13 @@ impl WithEquations for ServoValve {
             let unit = format!("{spool}/{unit}");
             take(&|| Parameter::log(SPOOL_GAIN, &unit, 1e-3, 1.0, 1e3))
         });
+        let position_scale = self.converts_position(structure).then(|| {
+            let gain = format!("mm/{unit}");
+            [
+                take(&|| Parameter::log(POSITION_GAIN, &gain, 1e-3, 1.0, 1e3)),
+                take(&|| Parameter::linear(POSITION_ZERO, "mm", -1e4, 0.0, 1e4)),
+            ]
+        });
         let valve = self
             .valve
             .as_ref()
@@ -222,8 +261,9 @@ impl WithEquations for ServoValve {
             valve,
             initial_spool,
             spool_gain,
+            position_scale,
             piston_speed,
-            full_scale: scale,
+            full_opening: self.polarity.sign() * scale,
             observes: Outputs::from_fn(|output| structure.observes(output)),
         }
     }
@@ -236,9 +276,12 @@ pub struct ServoValveEquations<R> {
     valve: Option<Valve<R>>,
     initial_spool: Option<R>,
     spool_gain: Option<R>,
+    /// Gain and zero of a loop's position.
+    position_scale: Option<[R; 2]>,
     /// mm/s of piston for each L/min.
     piston_speed: Option<R>,
-    full_scale: f64,
+    /// The spool, in the unit of the command, at which the valve is fully open from P to A.
+    full_opening: f64,
     observes: Outputs<bool>,
 }
 
@@ -291,7 +334,7 @@ impl<R: Real> ServoValveEquations<R> {
                 let mut opening = spool;
                 let (mut flow, mut drop) = (zero, zero);
                 if let Some(valve) = &self.valve {
-                    opening = (spool * R::constant(100.0 / self.full_scale)).named("opening");
+                    opening = (spool * R::constant(100.0 / self.full_opening)).named("opening");
                     let mut pressures = valve.supplied(&Pressures::of(input));
                     (opening, pressures.supply) =
                         ports.opening_and_supply(state, opening, pressures.supply);
@@ -323,7 +366,7 @@ impl<R: Real> ServoValveEquations<R> {
         match &self.valve {
             None => path.spool,
             Some(valve) => {
-                let opening = path.moment.opening * R::constant(0.01 * self.full_scale);
+                let opening = path.moment.opening * R::constant(0.01 * self.full_opening);
                 match valve.rated_drop() {
                     Some(rated) => opening * (path.moment.drop / rated),
                     None => opening * (path.moment.drop * R::constant(1.0 / REFERENCE_DROP)),
@@ -474,7 +517,10 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             outputs[Output::Position] = match self.piston_speed {
                 Some(_) if self.actuator.is_some() => state[2],
                 Some(_) => state[0],
-                None => path.spool,
+                None => match self.position_scale {
+                    Some([gain, zero]) => gain * path.spool + zero,
+                    None => path.spool,
+                },
             };
         }
         Shown {

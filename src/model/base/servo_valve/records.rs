@@ -1,13 +1,16 @@
 //! The base model that a record asks for: its structure, and bounds for its parameters that follow from the data.
 
-use super::{GAIN, PISTON_AREA, PISTON_SPEED, Piston, SPOOL_GAIN, ServoValve, TIME_CONSTANT};
+use super::{
+    Drive, GAIN, PISTON_AREA, PISTON_SPEED, POSITION_GAIN, POSITION_ZERO, Piston, Polarity,
+    SPOOL_GAIN, ServoValve, TIME_CONSTANT,
+};
 use crate::model::base::BaseModel;
 use crate::model::effects::Scale;
 use crate::model::valve::{
-    self, AreaLaw, DENSITY, DISCHARGE_COEFFICIENT, Drop, MAX_AREA, RATED_DROP, ValveForm,
+    self, AreaLaw, DENSITY, DISCHARGE_COEFFICIENT, Drop, MAX_AREA, Meter, RATED_DROP, ValveForm,
 };
-use crate::model::{Output, Outputs, Parameter, Structure};
-use crate::record::{Channel, Record, Series, full_scale};
+use crate::model::{Hold, Output, Outputs, Parameter, Structure};
+use crate::record::{Channel, Direction, Record, Series, full_scale};
 use crate::{Error, Result};
 
 /// Bounds of what follows from the ratio of two ranges lie this factor to either side of it.
@@ -19,14 +22,18 @@ const FASTEST: f64 = 5e-5;
 ///
 /// - Full scale: 10 for V, 100 for %, otherwise the largest |command| of all records.
 /// - Observed: the responses that every record has.
-/// - Position and command both in mm, nothing else measured: a position loop. Otherwise position integrates flow.
+/// - Position alone, with a command in mm or one that it follows: a position loop, see [`Record::is_position_loop`].
+///   Otherwise position integrates flow.
+/// - A flow that falls where the command rises: negative polarity. A flow that shows no sign is measured in the pressure
+///   line.
+/// - Records that are too slow to show what moves the spool: it follows the command at once. See [`Record::is_static`].
 /// - A position that moves against the command belongs to a cylinder that is connected the other way round.
 /// - A spool in another unit than the command's has a gain.
 /// - Flow or an integrated position asks for a valve with linear area, whose drop follows from the pressures that every
 ///   record has: all ports, the supply alone, or none.
 ///
 /// # Errors
-/// No response that every record has; units of command or spool that differ between records; a full scale of zero.
+/// No response that every record has; a spool that goes against a command in the same unit; units of command or spool that differ between records; a full scale of zero.
 pub fn structure_for(records: &[Record]) -> Result<Structure> {
     let Some((first, rest)) = records.split_first() else {
         return Err(Error::input(
@@ -37,6 +44,7 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
     };
     for record in records {
         record.check_response()?;
+        record.check_spool_direction()?;
     }
     let all_have = |channel: Channel| records.iter().all(|record| record.get(channel).is_some());
     let observed: Vec<Output> = Output::ALL
@@ -68,7 +76,8 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
             "give a record whose command moves",
         ));
     }
-    let piston = match command_unit == "mm" && observed == [Output::Position] {
+    let closed = command_unit == "mm" || records.iter().all(Record::is_position_loop);
+    let piston = match closed && observed == [Output::Position] {
         true => Piston::Servo,
         false => Piston::Integrated,
     };
@@ -78,23 +87,86 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         true => Drop::Supply,
         false => Drop::Rated,
     };
+    let flows = |direction| {
+        let mut clear = records.iter().map(|record| record.direction(Channel::Flow));
+        clear.any(|found| found == direction)
+    };
+    let polarity = match flows(Direction::Against) && !flows(Direction::With) {
+        true => Polarity::Negative,
+        false => Polarity::Positive,
+    };
+    let along = records.iter().map(along).sum::<f64>();
+    let drive = match piston == Piston::Integrated && records.iter().all(Record::is_static) {
+        true => Drive::Direct,
+        false => Drive::Actuator,
+    };
     let mut base = ServoValve {
+        drive,
         spool_unit: spool_unit.map(String::from),
         piston,
-        reversed: piston == Piston::Integrated && records.iter().map(along).sum::<f64>() < 0.0,
+        polarity,
+        reversed: piston == Piston::Integrated && polarity.sign() * along < 0.0,
         ..ServoValve::default()
     };
     if observed.iter().any(|&output| base.follows_flow(output)) {
         base.valve = Some(ValveForm {
             drop,
+            meter: match flows(Direction::Unsigned) && !flows(Direction::Against) {
+                true => Meter::Supply,
+                false => Meter::Load,
+            },
             ..ValveForm::linear()
         });
     }
     Ok(Structure {
+        // A generator draws the sweep in finer steps than the logger's rows.
+        hold: match drive {
+            Drive::Direct => Hold::Interpolated,
+            Drive::Actuator => Hold::Held,
+        },
         observed,
         base: base.into(),
         ..Structure::actuator(full_scale, command_unit)
     })
+}
+
+/// What `structure` takes the bench of `records` to be, where that is not what most are: an engineer checks it first.
+pub fn remarks(structure: &Structure, records: &[Record]) -> Vec<String> {
+    let Some(base) = structure.servo_valve() else {
+        return Vec::new();
+    };
+    let mut list = Vec::new();
+    if base.drive == Drive::Direct && records.iter().all(Record::is_static) {
+        let quickest = records.iter().map(Record::quickest_change);
+        list.push(format!(
+            "the records show nothing of what moves the spool: no command changes by more than {:.2} % of its range in 50 ms. \
+             Gain, time constant and saturation are left out and so are effects that only quick motion shows; the spool is where the command is (a model file with \
+             drive = \"actuator\" keeps them)",
+            100.0 * quickest.fold(0.0, f64::max)
+        ));
+    }
+    if base.polarity == Polarity::Negative {
+        list.push(
+            "the flow falls where the command rises: the valve is taken to have negative polarity. If the meter or the command \
+             is inverted instead, --map \"COLUMN=flow [L/min] *-1\" says so"
+                .into(),
+        );
+    }
+    if base.piston == Piston::Servo && structure.command_unit != "mm" {
+        list.push(
+            "the position follows the command: it is taken to be that of a closed loop (a model file with piston = \"integrated\" \
+             takes it for that of a cylinder which the valve drives)"
+                .into(),
+        );
+    }
+    if base
+        .valve
+        .as_ref()
+        .is_some_and(|valve| valve.meter == Meter::Supply)
+    {
+        list.push("the flow is taken to be that of the pressure line, which has no sign".into());
+    }
+    list
 }
 
 /// The unit that a channel has in all records.
@@ -150,6 +222,13 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
     let area = flow / unit_flow / opening;
     let ratio = swing(records, Channel::Spool) / swing(records, Channel::Command);
     let against = records.iter().map(covariance).sum::<f64>() < 0.0;
+    let travel = swing(records, Channel::Position) / swing(records, Channel::Command);
+    let mean = |channel| mean(series(records, channel).flat_map(|one| &one.values));
+    let falls = records
+        .iter()
+        .any(|record| record.direction(Channel::Position) == Direction::Against);
+    let travel = if falls { -travel } else { travel };
+    let zero = mean(Channel::Position) - travel * mean(Channel::Command);
 
     for parameter in &mut parameters {
         match parameter.name.as_str() {
@@ -160,6 +239,15 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
                 *parameter = Parameter::linear(SPOOL_GAIN, &parameter.unit, -range, -ratio, range);
             }
             SPOOL_GAIN => around(parameter, ratio),
+            POSITION_GAIN => {
+                let range = 10.0 * travel.abs();
+                *parameter =
+                    Parameter::linear(POSITION_GAIN, &parameter.unit, -range, travel, range);
+            }
+            POSITION_ZERO => {
+                let range = zero.abs() + 10.0 * swing(records, Channel::Position);
+                *parameter = Parameter::linear(POSITION_ZERO, "mm", -range, zero, range);
+            }
             MAX_AREA => around(parameter, area),
             PISTON_AREA if measured.is_some() => around(parameter, flow * PISTON_SPEED / speed),
             PISTON_AREA => parameter.set_fixed(true),
@@ -231,6 +319,11 @@ fn around(parameter: &mut Parameter, value: f64) {
         parameter.set_nominal(value);
         bound(parameter, value / AROUND, value * AROUND);
     }
+}
+
+fn mean<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
 }
 
 fn length(record: &Record) -> f64 {

@@ -1,0 +1,342 @@
+//! Benches as they are: slow sweeps, meters and wires, and loops. The records are made here by plain formulas: a play, a
+//! square-edged valve of constant gain, a first-order meter, rounding.
+
+use crate::program::{json, printed, refused, servobee, value};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fmt::Write;
+use std::fs::write;
+use tempfile::TempDir;
+
+const GPM: f64 = 3.785_411_784;
+
+/// A slow sweep of flow over a current of ±10 mA.
+#[derive(Clone, Copy)]
+struct Sweep {
+    /// s.
+    period: f64,
+    periods: f64,
+    /// Half the width of the play, mA.
+    play: f64,
+    /// Time constant of the meter, s.
+    lag: f64,
+    /// What the meter shows without flow, L/min.
+    offset: f64,
+    /// What the meter makes of a flow.
+    shown: fn(f64) -> f64,
+}
+
+const SWEEP: Sweep = Sweep {
+    period: 50.0,
+    periods: 2.0,
+    play: 0.2,
+    lag: 1.0,
+    offset: 0.3,
+    shown: |flow| flow,
+};
+/// L/min for each mA.
+const FLOW_GAIN: f64 = 6.0;
+const NOISE: f64 = 0.05;
+
+impl Sweep {
+    fn command(&self, time: f64) -> f64 {
+        let phase = (time / self.period).fract();
+        40.0 * match phase {
+            _ if phase < 0.25 => phase,
+            _ if phase < 0.75 => 0.5 - phase,
+            _ => phase - 1.0,
+        }
+    }
+
+    /// The record: the motion in steps of a millisecond, a row every 50.
+    fn csv(&self) -> String {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let mut noise = || NOISE * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
+        let mut text = String::from("time [s],command [mA],flow [L/min]\n");
+        let (mut spool, mut meter) = (0.0f64, 0.0f64);
+        let step = 1e-3;
+        for k in 0..(self.period * self.periods / step) as usize {
+            let time = k as f64 * step;
+            let command = self.command(time);
+            spool = spool.clamp(command - self.play, command + self.play);
+            if k % 50 == 0 {
+                let flow = (self.shown)(meter + self.offset + noise());
+                writeln!(text, "{time:.2},{command:.4},{flow:.4}").unwrap();
+            }
+            meter += (FLOW_GAIN * spool - meter) * (1.0 - (-step / self.lag).exp());
+        }
+        text
+    }
+
+    /// The report and what is printed.
+    fn identified(&self, more: &[&str]) -> (Value, String) {
+        let folder = TempDir::new().unwrap();
+        write(folder.path().join("sweep.csv"), self.csv()).unwrap();
+        let call = [
+            &[
+                "identify",
+                "sweep.csv",
+                "--full-scale",
+                "10",
+                "--evaluator",
+                "cpu",
+                "--out",
+                "out",
+            ],
+            more,
+        ];
+        let text = printed(&servobee(folder.path(), &call.concat()));
+        (json(folder.path().join("out/report.json")), text)
+    }
+}
+
+/// The effects that were found, in the order of their names. A valve without lap shows an offset of the meter and a bias of
+/// its null alike: the one is taken for the other where the report says so.
+fn effects(report: &Value) -> Vec<&str> {
+    let list = report["effects"].as_array().unwrap();
+    let is_tied = |one: &str, effect: &Value| {
+        let tied = effect["tied_with"].as_array().unwrap();
+        tied.iter().any(|tied| tied == one)
+    };
+    let mut names: Vec<&str> = list
+        .iter()
+        .map(|one| match one["name"].as_str().unwrap() {
+            "null_bias" if is_tied("sensor_offset", one) => "sensor_offset",
+            name => name,
+        })
+        .collect();
+    names.sort_unstable();
+    names
+}
+
+/// Whether the 95 % interval of a parameter holds `planted`, or misses it by less than `share` of it: the rows are not
+/// independent, as every interval here assumes that the model is complete.
+fn holds(report: &Value, name: &str, planted: f64, share: f64) {
+    let parameters = report["parameters"].as_array().unwrap();
+    let found = parameters.iter().find(|one| one["name"] == name);
+    let found = found.unwrap_or_else(|| panic!("no {name} in {parameters:?}"));
+    let [low, high] = ["low", "high"].map(|key| found[key].as_f64().unwrap());
+    let slack = share * planted.abs();
+    assert!(
+        low - slack <= planted && planted <= high + slack,
+        "{name} {low} .. {high}, planted {planted}"
+    );
+}
+
+#[test]
+fn a_slow_sweep_says_nothing_of_the_actuator_and_all_of_the_valve() {
+    let (report, text) = SWEEP.identified(&[]);
+    for name in ["gain", "time_constant", "saturation"] {
+        let parameters = report["parameters"].as_array().unwrap();
+        assert!(parameters.iter().all(|one| one["name"] != name), "{name}");
+    }
+    assert!(
+        text.contains("Gain, time constant and saturation are left out"),
+        "{text}"
+    );
+    let bench = report["bench"].as_array().unwrap();
+    assert_eq!(bench.len(), 1, "{bench:?}");
+    let dynamic = |figure: &&Value| figure["name"].as_str().unwrap().contains("dB");
+    for figure in report["card"].as_array().unwrap().iter().filter(dynamic) {
+        assert!(figure["value"].is_null(), "{figure}");
+    }
+    assert_eq!(
+        effects(&report),
+        ["hysteresis", "sensor_lag", "sensor_offset"],
+        "{text}"
+    );
+    holds(&report, "hysteresis", SWEEP.play, 0.02);
+    holds(&report, "sensor_lag_flow", SWEEP.lag, 0.02);
+    holds(&report, "sensor_offset_flow", SWEEP.offset, 0.02);
+}
+
+#[test]
+fn a_valve_of_negative_polarity_and_a_meter_without_a_sign_are_taken_as_they_are() {
+    let (report, text) = Sweep {
+        shown: |flow| -flow,
+        ..SWEEP
+    }
+    .identified(&[]);
+    assert!(text.contains("negative polarity"), "{text}");
+    holds(&report, "sensor_lag_flow", SWEEP.lag, 0.02);
+    holds(&report, "sensor_offset_flow", -SWEEP.offset, 0.02);
+    let magnitude = Sweep {
+        shown: f64::abs,
+        offset: 0.0,
+        ..SWEEP
+    };
+    let (report, text) = magnitude.identified(&["--effects", "none"]);
+    assert!(text.contains("has no sign"), "{text}");
+    let area = value(&report, "max_area");
+    let (straight, _) = SWEEP.identified(&["--effects", "none"]);
+    let expected = value(&straight, "max_area");
+    assert!((area / expected - 1.0).abs() < 0.05, "{area} {expected}");
+}
+
+/// A record of 4 s at 1 kHz: time, and two columns with these heads and values.
+fn record(heads: [&str; 2], values: [&dyn Fn(f64) -> f64; 2]) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    let mut text = format!("time [s],{},{}\n", heads[0], heads[1]);
+    for k in 0..4000 {
+        let time = f64::from(k) * 1e-3;
+        writeln!(text, "{time},{:.5},{:.5}", values[0](time), values[1](time)).unwrap();
+    }
+    write(folder.path().join("run.csv"), text).unwrap();
+    folder
+}
+
+fn chirp(time: f64) -> f64 {
+    (TAU * (0.5 + 2.0 * time) * time).sin()
+}
+
+#[test]
+fn signals_whose_zero_or_sign_is_in_doubt_are_refused_with_the_map_that_says_it() {
+    let late = |time: f64| chirp(time - 0.004);
+    let live = |time: f64| 12.0 + 6.0 * chirp(time);
+    let spool = |time: f64| 75.0 * late(time);
+    let folder = record(["command [mA]", "spool [%]"], [&live, &spool]);
+    let refusal = refused(&servobee(folder.path(), &["identify", "run.csv"]));
+    assert!(
+        refusal.contains("--map \"COLUMN=command [%] *12.5 -150\""),
+        "{refusal}"
+    );
+    let inspected = printed(&servobee(folder.path(), &["inspect", "run.csv"]));
+    assert!(inspected.contains("Not ready"), "{inspected}");
+    let map = [
+        "identify",
+        "run.csv",
+        "--effects",
+        "none",
+        "--out",
+        "out",
+        "--map",
+    ];
+    let said = [&map[..], &["command [mA]=command [%] *12.5 -150"]].concat();
+    printed(&servobee(folder.path(), &said));
+    assert_eq!(
+        json(folder.path().join("out/report.json"))["schema"],
+        "servobee/report/1"
+    );
+
+    let folder = record(
+        ["command [V]", "spool [V]"],
+        [&|t| 4.0 * chirp(t), &|t| -4.0 * late(t)],
+    );
+    let refusal = refused(&servobee(folder.path(), &["identify", "run.csv"]));
+    assert!(refusal.contains("one of the two is inverted"), "{refusal}");
+    let inspected = printed(&servobee(folder.path(), &["inspect", "run.csv"]));
+    assert!(inspected.contains("Not ready"), "{inspected}");
+    let said = [&map[..], &["spool [V]=spool [V] *-1"]].concat();
+    printed(&servobee(folder.path(), &said));
+    let report = json(folder.path().join("out/report.json"));
+    let fit = &report["error"]["after"]["hold_out"]["spool"]["fit_percent"];
+    assert!(fit.as_f64().unwrap() > 90.0, "{fit}");
+}
+
+#[test]
+fn a_position_that_follows_its_command_is_a_closed_loop_in_any_unit() {
+    // Second order, 3 Hz, from rest.
+    let (mut position, mut speed) = (0.0f64, 0.0f64);
+    let mut rows = Vec::new();
+    for k in 0..40_000 {
+        let time = f64::from(k) * 1e-4;
+        if k % 10 == 0 {
+            rows.push(position);
+        }
+        let omega = TAU * 3.0;
+        let pull = omega * omega * (4.0 * chirp(0.2 * time) - position) - 1.4 * omega * speed;
+        speed += 1e-4 * pull;
+        position += 1e-4 * speed;
+    }
+    let at = |time: f64| 120.0 + 25.0 * rows[(time * 1e3).round() as usize];
+    let folder = record(
+        ["command [V]", "position [mm]"],
+        [&|t| 4.0 * chirp(0.2 * t), &at],
+    );
+    let call = ["identify", "run.csv", "--effects", "none", "--out", "out"];
+    let text = printed(&servobee(folder.path(), &call));
+    assert!(text.contains("that of a closed loop"), "{text}");
+    let report = json(folder.path().join("out/report.json"));
+    holds(&report, "position_gain", 25.0, 0.01);
+    holds(&report, "position_zero", 120.0, 0.01);
+    let fit = &report["error"]["after"]["hold_out"]["position"]["fit_percent"];
+    assert!(fit.as_f64().unwrap() > 98.0, "{fit}");
+    let simulate = ["simulate", "out/model.toml", "run.csv"];
+    printed(&servobee(folder.path(), &simulate));
+}
+
+#[test]
+fn a_meter_that_rounds_above_a_gallon_a_minute_hides_nothing() {
+    let coarse = Sweep {
+        shown: |flow| match flow.abs() > GPM {
+            true => (flow / (0.1 * GPM)).round() * 0.1 * GPM,
+            false => flow,
+        },
+        ..SWEEP
+    };
+    for period in [20.0, 50.0, 100.0, 200.0] {
+        let (report, text) = Sweep { period, ..coarse }.identified(&[]);
+        let names = ["hysteresis", "sensor_lag", "sensor_offset"];
+        assert_eq!(effects(&report), names, "{period} s: {text}");
+        holds(&report, "hysteresis", SWEEP.play, 0.05);
+        holds(&report, "sensor_lag_flow", SWEEP.lag, 0.05);
+    }
+    // So slow that the steps of the meter hide its lag: whichever is named, the report says that it may be the other.
+    let slowest = Sweep {
+        period: 500.0,
+        ..coarse
+    };
+    let (report, text) = slowest.identified(&[]);
+    let named = effects(&report);
+    if !(named.contains(&"hysteresis") && named.contains(&"sensor_lag")) {
+        let list = report["effects"].as_array().unwrap();
+        let of = |name: &str| list.iter().find(|one| one["name"] == name);
+        let (one, other) = match of("hysteresis") {
+            Some(one) => (one, "sensor_lag"),
+            None => (of("sensor_lag").expect(&text), "hysteresis"),
+        };
+        let tied = one["tied_with"].as_array().unwrap();
+        assert!(tied.iter().any(|tied| tied == other), "{text}");
+    }
+}
+
+#[test]
+fn without_a_full_scale_no_figure_is_a_share_of_it() {
+    let folder = TempDir::new().unwrap();
+    write(folder.path().join("sweep.csv"), SWEEP.csv()).unwrap();
+    let figures = |more: &[&str]| -> Vec<(String, bool)> {
+        let call = [
+            "identify",
+            "sweep.csv",
+            "--effects",
+            "none",
+            "--out",
+            "out",
+            "--force",
+        ];
+        let text = printed(&servobee(folder.path(), &[&call[..], more].concat()));
+        assert_eq!(
+            text.contains("the largest |command|, 10 mA"),
+            more.is_empty(),
+            "{text}"
+        );
+        let report = json(folder.path().join("out/report.json"));
+        let card = report["card"].as_array().unwrap().iter();
+        card.map(|figure| {
+            (
+                figure["name"].as_str().unwrap().into(),
+                figure["value"].is_number(),
+            )
+        })
+        .collect()
+    };
+    let known = figures(&["--full-scale", "10"]);
+    let unknown = figures(&[]);
+    let has = |all: &[(String, bool)], name: &str| all.iter().any(|one| one.0 == name && one.1);
+    for share in ["hysteresis", "null_bias", "rated_flow", "lap"] {
+        assert!(has(&known, share) && !has(&unknown, share), "{share}");
+    }
+    assert!(has(&unknown, "flow_gain") && has(&unknown, "polarity"));
+}

@@ -16,6 +16,9 @@ use std::collections::HashMap;
 const LEAST_OF_COST: f64 = 0.02;
 /// And this share of what the base model leaves above the noise: the rest may be the form of an effect already found.
 const LEAST_OF_EXCESS: f64 = 0.03;
+/// Unless it takes this share of what is still left above the noise: where the first effect was large, what follows is small
+/// beside it, and plain.
+const LEAST_OF_LEFT: f64 = 0.5;
 /// An effect whose predicted reduction of the cost is below this share of the best one's is not refitted.
 const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.
@@ -575,7 +578,8 @@ pub(super) fn excess(model: &Model) -> f64 {
 /// base model's held-out cost above the noise.
 pub(super) fn worth(evidence: &Evidence, excess: f64, before: &Model, after: &Model) -> bool {
     let (old, new) = (before.loss(Side::HoldOut), after.loss(Side::HoldOut));
-    let least = (LEAST_OF_COST * old).max(LEAST_OF_EXCESS * excess);
+    let plain = (LEAST_OF_EXCESS * excess).min(LEAST_OF_LEFT * self::excess(before));
+    let least = plain.max(LEAST_OF_COST * old);
     if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
         return false;
     }

@@ -5,6 +5,10 @@ use super::entry;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
+
+/// Ten litres of oil fill faster through a valve that gives 0.1 L/min per bar, s: V / (β ∂Q/∂p) at 1 GPa.
+const SLOWEST: f64 = 0.6;
+
 pub(super) const ENTRY: Entry = Entry {
     name: "compressibility",
     port: Port::Flow,
@@ -12,7 +16,8 @@ pub(super) const ENTRY: Entry = Entry {
     finding: "the flow lags by {compressibility} because a trapped volume of oil fills first",
     equation: "compressibility dq/dt + q = Q",
     shows: "a lag of the flow that the spool does not show",
-    confused: "sensor_lag on the flow, which has the same equation: only another volume tells them apart",
+    confused: "sensor_lag on the flow, which has the same equation: only another volume tells them apart; a lag of more than 0.6 s is the \
+               meter's",
     source: "oil's bulk modulus; Merritt, Hydraulic Control Systems, 1967",
     parameters: |scale, output| {
         vec![Parameter::linear(
@@ -20,7 +25,7 @@ pub(super) const ENTRY: Entry = Entry {
             "s",
             1e-7,
             1e-7,
-            1e3 * scale.interval,
+            (1e3 * scale.interval).min(SLOWEST),
         )]
     },
     trials: |scale, _| [1.0, 6.0, 40.0].map(|n| vec![n * scale.interval]).to_vec(),

@@ -5,6 +5,10 @@ use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
+
+/// What delays longer is a loop over a network or a sensor, s, and no valve.
+const LONGEST: f64 = 0.25;
+
 pub(super) const ENTRY: Entry = Entry {
     name: "delay",
     port: Port::Command,
@@ -20,7 +24,7 @@ pub(super) const ENTRY: Entry = Entry {
             "s",
             0.0,
             0.0,
-            (50.0 * scale.interval).max(0.1),
+            (50.0 * scale.interval).clamp(0.1, LONGEST),
         )]
     },
     trials: |scale, _| [1.0, 4.0, 15.0].map(|n| vec![n * scale.interval]).to_vec(),

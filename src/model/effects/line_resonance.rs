@@ -5,6 +5,10 @@ use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Pace, Parameter, Real};
 
+
+/// 50 m of line, closed at its end, ring at this frequency, Hz: c / 4L.
+const SLOWEST: f64 = 5.0;
+
 pub(super) const ENTRY: Entry = Entry {
     name: "line_resonance",
     port: Port::Flow,
@@ -19,7 +23,7 @@ pub(super) const ENTRY: Entry = Entry {
             Parameter::log(
                 &entry::on("line_frequency", output),
                 "Hz",
-                2e-3 / scale.interval,
+                SLOWEST.min(0.2 / scale.interval),
                 0.1 / scale.interval,
                 0.45 / scale.interval,
             )

@@ -73,6 +73,8 @@ if wanted BROWSER && ! has_browser; then install BROWSER chromium fonts-dejavu-c
 if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then install_python; fi
 
 # What users run, and compiled once for both. Each test binary prints what it skips; --no-fail-fast shows every failure at once.
+# Many wait for programs that they have started: two tests for each core.
+export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc 2> /dev/null || echo 2)))}
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 status=0

@@ -50,24 +50,32 @@ impl Sweep {
         }
     }
 
-    /// The record: the motion in steps of a millisecond, a row every 50.
+    /// The record: the motion in steps of a millisecond, 2000 rows a period or 50 a second, whichever are fewer.
     fn csv(&self) -> String {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let mut noise = || NOISE * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
         let mut text = String::from("time [s],command [mA],flow [L/min]\n");
         let (mut spool, mut meter) = (0.0f64, 0.0f64);
         let step = 1e-3;
+        let every = (self.period / 2.0).max(20.0) as usize;
         for k in 0..(self.period * self.periods / step) as usize {
             let time = k as f64 * step;
             let command = self.command(time);
             spool = spool.clamp(command - self.play, command + self.play);
-            if k % 50 == 0 {
+            if k % every == 0 {
                 let flow = (self.shown)(meter + self.offset + noise());
-                writeln!(text, "{time:.2},{command:.4},{flow:.4}").unwrap();
+                writeln!(text, "{time:.3},{command:.4},{flow:.4}").unwrap();
             }
             meter += (FLOW_GAIN * spool - meter) * (1.0 - (-step / self.lag).exp());
         }
         text
+    }
+
+    /// What inspect prints.
+    fn inspected(&self) -> String {
+        let folder = TempDir::new().unwrap();
+        write(folder.path().join("sweep.csv"), self.csv()).unwrap();
+        printed(&servobee(folder.path(), &["inspect", "sweep.csv"]))
     }
 
     /// The report and what is printed.
@@ -192,6 +200,25 @@ fn chirp(time: f64) -> f64 {
 }
 
 #[test]
+fn inspect_says_what_identify_will_take_the_bench_to_be() {
+    let straight = SWEEP.inspected();
+    assert!(straight.contains("too slow to show"), "{straight}");
+    assert!(!straight.contains("polarity"), "{straight}");
+    let negative = Sweep {
+        shown: |flow| -flow,
+        ..SWEEP
+    };
+    let negative = negative.inspected();
+    assert!(negative.contains("negative polarity"), "{negative}");
+    let unsigned = Sweep {
+        shown: f64::abs,
+        ..SWEEP
+    };
+    let unsigned = unsigned.inspected();
+    assert!(unsigned.contains("shows no sign"), "{unsigned}");
+}
+
+#[test]
 fn signals_whose_zero_or_sign_is_in_doubt_are_refused_with_the_map_that_says_it() {
     let late = |time: f64| chirp(time - 0.004);
     let live = |time: f64| 12.0 + 6.0 * chirp(time);
@@ -258,6 +285,8 @@ fn a_position_that_follows_its_command_is_a_closed_loop_in_any_unit() {
     let call = ["identify", "run.csv", "--effects", "none", "--out", "out"];
     let text = printed(&servobee(folder.path(), &call));
     assert!(text.contains("that of a closed loop"), "{text}");
+    let inspected = printed(&servobee(folder.path(), &["inspect", "run.csv"]));
+    assert!(inspected.contains("that of a closed loop"), "{inspected}");
     let report = json(folder.path().join("out/report.json"));
     holds(&report, "position_gain", 25.0, 0.01);
     holds(&report, "position_zero", 120.0, 0.01);
@@ -339,4 +368,27 @@ fn without_a_full_scale_no_figure_is_a_share_of_it() {
         assert!(has(&known, share) && !has(&unknown, share), "{share}");
     }
     assert!(has(&unknown, "flow_gain") && has(&unknown, "polarity"));
+}
+
+#[test]
+fn the_gaps_between_held_out_pieces_are_no_resolution_of_time() {
+    // Begins at one end, opens more to one side: no floor hides that.
+    let folder = TempDir::new().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    let mut noise = || 0.1 * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
+    let mut text = String::from("time [s],command [mA],flow [L/min]\n");
+    for k in 0..4000 {
+        let time = f64::from(k) * 0.02;
+        let phase = (time / 40.0).fract();
+        let command = 10.0 * (1.0 - 4.0 * (phase - 0.5).abs());
+        let flow = command * if command > 0.0 { 6.0 } else { 5.2 };
+        writeln!(text, "{time:.2},{command:.4},{:.4}", flow + noise()).unwrap();
+    }
+    write(folder.path().join("run.csv"), text).unwrap();
+    let call = ["identify", "run.csv", "--full-scale", "10", "--out", "out"];
+    let text = printed(&servobee(folder.path(), &call));
+    let report = json(folder.path().join("out/report.json"));
+    let floor = report["noise_floor"]["flow"].as_f64().unwrap();
+    assert!((0.08..0.13).contains(&floor), "{floor}: {text}");
+    assert_eq!(effects(&report), ["asymmetric_gain"], "{text}");
 }

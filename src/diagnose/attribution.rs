@@ -18,7 +18,7 @@ const LEAST_OF_COST: f64 = 0.02;
 const LEAST_OF_EXCESS: f64 = 0.03;
 /// Unless it takes this share of what is still left above the noise: where the first effect was large, what follows is small
 /// beside it, and plain.
-const LEAST_OF_LEFT: f64 = 0.5;
+const LEAST_OF_LEFT: f64 = 0.4;
 /// An effect whose predicted reduction of the cost is below this share of the best one's is not refitted.
 const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.

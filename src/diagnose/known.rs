@@ -1,5 +1,6 @@
 //! What is known of the rows that count: when they were taken, and the signals on which a residual may depend.
 
+use super::measurements::starts;
 use super::simulation::Compared;
 use crate::model::{Input, Output, Outputs, Structure};
 
@@ -77,10 +78,8 @@ pub(super) struct KnownRows {
 impl KnownRows {
     /// Of records beside their simulation.
     pub(super) fn new(compared: &[Compared]) -> Self {
-        let mut starts = Vec::new();
         let mut rows = Vec::new();
         for one in compared {
-            starts.push(rows.len());
             let all = one.series.time.iter().zip(&one.series.samples);
             let counted = all
                 .zip(one.simulated)
@@ -95,7 +94,7 @@ impl KnownRows {
         };
         let measured = |(_, values): &(_, Vec<f64>)| values.iter().any(|value| *value != 0.0);
         Self {
-            starts,
+            starts: starts(compared.iter().map(|one| one.series)),
             time: rows.iter().map(|row| row.0).collect(),
             command: rows.iter().map(|row| row.1.command).collect(),
             signals: KnownSignal::ALL

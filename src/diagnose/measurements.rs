@@ -166,15 +166,16 @@ impl Measurements {
     }
 }
 
-/// Where each record begins among the rows that count.
-pub(super) fn starts(records: &[Series]) -> Vec<usize> {
+/// Where each record, or each piece of one, begins among the rows that count.
+pub(super) fn starts<'a>(records: impl IntoIterator<Item = &'a Series>) -> Vec<usize> {
     let mut count = 0;
-    let begin = |record: &Series| {
+    let begin = |piece: Range<usize>| {
         let begin = count;
-        count += record.samples.iter().filter(|s| s.weight > 0.0).count();
+        count += piece.len();
         begin
     };
-    records.iter().map(begin).collect()
+    let pieces = records.into_iter().flat_map(Series::pieces);
+    pieces.map(begin).collect()
 }
 
 /// Rows of a record: those from `run_in` on are simulated, those in `counts` are compared.

@@ -113,6 +113,31 @@ impl Record {
         self.quickest_change() < SWEEP || median_interval(self.time()) > FAR_APART
     }
 
+    /// What identify takes the bench to be, where that is not what most are.
+    pub(super) fn bench(&self) -> Vec<String> {
+        let flow = match self.direction(Channel::Flow) {
+            Direction::Against => Some(
+                "the flow falls where the command rises: identify takes the valve to have negative polarity; if the meter or \
+                 the command is inverted, --map \"COLUMN=flow [L/min] *-1\" says so",
+            ),
+            Direction::Unsigned => {
+                Some("the flow shows no sign: identify takes it to be that of the pressure line")
+            }
+            Direction::With | Direction::Unclear => None,
+        };
+        let alone = [Channel::Spool, Channel::Flow]
+            .iter()
+            .all(|&channel| self.get(channel).is_none());
+        let closed = (alone && self.is_position_loop()).then_some(
+            "the position follows the command: identify takes it to be that of a closed loop",
+        );
+        let slow = self.is_static().then_some(
+            "the record is too slow to show what moves the spool: identify leaves out gain, time constant and saturation",
+        );
+        let all = flow.into_iter().chain(closed).chain(slow);
+        all.map(String::from).collect()
+    }
+
     /// Refuses signals in mA that look like a loop of 4-20 mA, whose null is not at zero.
     ///
     /// # Errors

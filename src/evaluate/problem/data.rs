@@ -3,6 +3,7 @@
 use crate::model::exact_step::STEPS_OF_AN_EXACT_STEP;
 use crate::model::integrate::substeps;
 use crate::model::{Input, Outputs};
+use std::ops::Range;
 
 /// How much of an interval between rows may be taken for rounding of the time stamps.
 pub(crate) const JITTER: f64 = 1e-6;
@@ -54,6 +55,19 @@ pub struct Series {
 }
 
 impl Series {
+    /// The rows that count, those of weight 0 left out, piece by piece.
+    pub fn pieces(&self) -> Vec<Range<usize>> {
+        let mut found: Vec<Range<usize>> = Vec::new();
+        let counting = |(_, sample): &(usize, &Sample)| sample.weight > 0.0;
+        for (row, _) in self.samples.iter().enumerate().filter(counting) {
+            match found.last_mut() {
+                Some(last) if last.end == row => last.end += 1,
+                _ => found.push(row..row + 1),
+            }
+        }
+        found
+    }
+
     /// Cuts the intervals between the rows into steps that a rate of `rate` (1/s) allows, each into `refine` times as
     /// many.
     pub fn set_steps(&mut self, rate: f64, refine: u32) {
@@ -220,5 +234,26 @@ impl Tone {
     /// Measured minus simulated gain in dB, for a simulated ratio of amplitudes.
     pub fn gain_error(&self, ratio: f64) -> Option<f64> {
         Some(self.gain? - 20.0 * ratio.log10())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rows_that_count_come_in_pieces() {
+        let sample = |weight: &f64| Sample {
+            weight: *weight,
+            ..Sample::default()
+        };
+        let of = |weights: &[f64]| Series {
+            name: String::new(),
+            time: (0..weights.len()).map(|k| k as f64).collect(),
+            samples: weights.iter().map(sample).collect(),
+        };
+        let series = of(&[0.0, 1.0, 2.0, 0.0, 0.0, 1.0]);
+        assert_eq!(series.pieces(), [1..3, 5..6]);
+        assert!(of(&[0.0]).pieces().is_empty());
     }
 }

@@ -102,6 +102,7 @@ fn of_table(table: &Table, reading: &Reading) -> Inspection {
         table,
         targets: &all,
     };
+    let bench = record.as_ref().ok().map(Record::bench);
     let mut inspection = Inspection {
         schema: "servobee/inspect/1",
         path: table.path.clone(),
@@ -124,6 +125,8 @@ fn of_table(table: &Table, reading: &Reading) -> Inspection {
         problem_left: record.err().map(|error| error.to_string()),
     };
     let suspicions = suspicions(&signals, &inspection);
+    let bench = bench.unwrap_or_default();
+    inspection.warnings.extend(bench);
     inspection.warnings.extend(doubts);
     inspection.warnings.extend(suspicions);
     inspection

@@ -19,7 +19,7 @@ pub(super) struct Rows {
     pub(super) before: Vec<f64>,
     /// Simulated by the result.
     pub(super) after: Vec<f64>,
-    /// Consecutive rows, one for each record or side of it.
+    /// Consecutive rows, one for each record or piece of it.
     pub(super) records: Vec<RecordRows>,
 }
 
@@ -34,22 +34,22 @@ pub(super) struct RecordRows {
 
 impl Rows {
     /// The rows of `output`.
-    pub(super) fn new<'i>(identified: &'i Identified, output: Output) -> Self {
+    pub(super) fn new(identified: &Identified, output: Output) -> Self {
         let [before, after] = [&identified.before, &identified.after]
             .map(|fitted| fitted.beside(&identified.measurements));
-        let pairs = |before: Vec<Compared<'i>>, after: Vec<Compared<'i>>, held_out: bool| {
+        let sides = [
+            (before.fit, after.fit, false),
+            (before.hold_out, after.hold_out, true),
+        ];
+        let sides = sides.map(|(before, after, held_out)| {
             let pairs = before.into_iter().zip(after);
-            pairs.map(move |(before, after)| (before, after, held_out))
-        };
-        let fitted = pairs(before.fit, after.fit, false);
-        let held = pairs(before.hold_out, after.hold_out, true);
-        let mut all = Vec::new();
-        // The end of a record follows its beginning.
-        if identified.measurements.hold_out.iter().any(runs_in) {
-            all.extend(fitted.zip(held).flat_map(|(fitted, held)| [fitted, held]));
-        } else {
-            all.extend(fitted.chain(held));
-        }
+            let side = |(before, after)| Side {
+                before,
+                after,
+                held_out,
+            };
+            pairs.map(side).collect::<Vec<Side>>()
+        });
         let mut result = Self {
             time: Vec::new(),
             measured: Vec::new(),
@@ -57,36 +57,52 @@ impl Rows {
             after: Vec::new(),
             records: Vec::new(),
         };
-        for (before, after, held_out) in all {
-            result.append(before, after, output, held_out);
+        let [fitted, held] = &sides;
+        if identified.measurements.hold_out.iter().any(runs_in) {
+            // Both sides are of the same records.
+            for (fitted, held) in fitted.iter().zip(held) {
+                result.append(&[fitted, held], output);
+            }
+        } else {
+            for side in fitted.iter().chain(held) {
+                result.append(&[side], output);
+            }
         }
         result
     }
 
-    fn append(&mut self, before: Compared, after: Compared, output: Output, held_out: bool) {
-        let series = before.series;
-        let counted = series.time.iter().zip(&series.samples);
-        let time: Vec<f64> = counted
-            .filter(|(_, sample)| sample.weight > 0.0)
-            .map(|(time, _)| *time)
-            .collect();
-        let Some(first) = time.first() else { return };
-        let shift = match (self.records.last(), self.time.last()) {
-            (Some(one), _) if held_out && runs_in(series) => one.shift,
-            (_, Some(end)) => first - end - 0.01 * (time[time.len() - 1] - first),
-            _ => 0.0,
-        };
-        let from = self.time.len();
-        self.time.extend(time.iter().map(|time| time - shift));
-        self.measured.extend(before.rows(output).map(|row| row.1));
-        self.before.extend(before.rows(output).map(|row| row.2));
-        self.after.extend(after.rows(output).map(|row| row.2));
-        self.records.push(RecordRows {
-            record: series.name.clone(),
-            shift,
-            held_out,
-            rows: from..self.time.len(),
+    /// Appends the rows of a record, whose sides may take turns.
+    fn append(&mut self, sides: &[&Side], output: Output) {
+        let pieces = sides.iter().flat_map(|&side| {
+            let rows = side.before.series.pieces();
+            rows.into_iter().map(move |rows| (side, rows))
         });
+        let mut pieces: Vec<(&Side, Range<usize>)> = pieces.collect();
+        pieces.sort_by(|(one, a), (other, b)| one.time(a.start).total_cmp(&other.time(b.start)));
+        let (Some((one, first)), Some((other, last))) = (pieces.first(), pieces.last()) else {
+            return;
+        };
+        let (begin, end) = (one.time(first.start), other.time(last.end - 1));
+        let shift = match self.time.last() {
+            Some(before) => begin - before - 0.01 * (end - begin),
+            None => 0.0,
+        };
+        for (side, rows) in pieces {
+            let from = self.time.len();
+            for row in rows {
+                self.time.push(side.time(row) - shift);
+                let measured = side.before.series.samples[row].target[output];
+                self.measured.push(measured);
+                self.before.push(side.before.simulated[row][output]);
+                self.after.push(side.after.simulated[row][output]);
+            }
+            self.records.push(RecordRows {
+                record: side.before.series.name.clone(),
+                shift,
+                held_out: side.held_out,
+                rows: from..self.time.len(),
+            });
+        }
     }
 
     /// Measured less simulated.
@@ -160,7 +176,20 @@ impl Rows {
     }
 }
 
-/// Whether a record that is held out begins with rows that were fitted.
+/// One side of a record: what is fitted of it, or what is held out.
+struct Side<'a> {
+    before: Compared<'a>,
+    after: Compared<'a>,
+    held_out: bool,
+}
+
+impl Side<'_> {
+    fn time(&self, row: usize) -> f64 {
+        self.before.series.time[row]
+    }
+}
+
+/// Whether a record that is held out has rows that were fitted.
 fn runs_in(series: &Series) -> bool {
     series.samples.iter().any(|sample| sample.weight == 0.0)
 }

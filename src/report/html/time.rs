@@ -198,9 +198,11 @@ fn label(one: &RecordRows) -> String {
 }
 
 fn records(rows: &Rows) -> String {
-    rows.records
-        .iter()
-        .map(label)
-        .collect::<Vec<_>>()
-        .join("; ")
+    let mut labels: Vec<String> = Vec::new();
+    for label in rows.records.iter().map(label) {
+        if !labels.contains(&label) {
+            labels.push(label);
+        }
+    }
+    labels.join("; ")
 }

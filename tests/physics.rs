@@ -91,7 +91,7 @@ fn actuator_follows_the_independent_solutions() {
         let reference = golden.column("spool [V]");
         let mut error_at = |rate: f64, refine: u32| {
             record.set_steps(rate, refine);
-            let rows = outputs(&structure, &Complete::from_iter(values.clone()), &record);
+            let rows = outputs(&structure, &Complete::from_iter(values), &record);
             error(rows.iter().map(|row| row[Output::Spool]), &reference)
         };
         let default = error_at(default_rate(), 1);

@@ -1,10 +1,12 @@
 //! One record from the files of several loggers.
 
-use super::mapping::{Target, known};
+use super::conversion::Conversion;
+use super::interval::median_interval;
+use super::mapping::known;
 use super::reading::Reading;
 use super::table::Table;
+use super::target::Target;
 use super::text::count;
-use super::{Conversion, median_interval};
 use crate::{Error, Result};
 
 /// Times of one row may differ by this share of the interval.

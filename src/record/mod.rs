@@ -9,6 +9,7 @@ mod curve;
 mod file;
 mod format;
 pub mod inspect;
+mod interval;
 mod join;
 mod label;
 mod mapping;
@@ -16,6 +17,7 @@ mod mat;
 mod moment;
 mod reading;
 mod table;
+mod target;
 mod tdms;
 mod text;
 mod unit;
@@ -34,13 +36,14 @@ pub use wiring::Direction;
 use crate::input::sha256;
 use crate::{Error, Result};
 use column::{Column, Measured};
-use conversion::Conversion;
-use mapping::{Sources, Target};
+use interval::{intervals, median, median_interval};
+use mapping::Sources;
 use moment::Moments;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
 use table::Table;
+use target::Target;
 
 /// The share of each record that is held out where no other record is.
 pub const HOLD_OUT: f64 = 0.30;
@@ -546,22 +549,6 @@ fn time_warnings(time: &[f64], column: Option<&str>) -> Vec<String> {
         ));
     }
     warnings
-}
-
-/// The usual interval between `times`, of which there are two at least.
-fn median_interval(times: &[f64]) -> f64 {
-    median(&intervals(times))
-}
-
-fn intervals(time: &[f64]) -> Vec<f64> {
-    time.windows(2).map(|pair| pair[1] - pair[0]).collect()
-}
-
-/// The upper median of `values`, of which there is one at least.
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Refuses a mapping whose column is in none of the files that `records` were read from: it is misspelt.

@@ -3,8 +3,9 @@
 use super::channel::Channel;
 use super::column::{Column, Odd};
 use super::label::Label;
-use super::mapping::{Mapping, Target, known};
+use super::mapping::{Mapping, known};
 use super::table::Table;
+use super::target::Target;
 use super::text::count;
 use super::unit::Quantity;
 use crate::{Error, Result};

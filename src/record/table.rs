@@ -4,7 +4,7 @@ use super::column::{Column, Measured, Odd};
 use super::conversion::Conversion;
 use super::format::{Dialect, Format};
 use super::label::Label;
-use super::mapping::Target;
+use super::target::Target;
 use super::text::{count, listed, quoted};
 use super::unit::{Quantity, Unit};
 use crate::{Error, Result};

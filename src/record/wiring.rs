@@ -2,7 +2,8 @@
 //! live zero; and whether the command moves too slowly to show what moves the spool.
 
 use super::inspect::alike;
-use super::{Channel, Record, Series, median_interval};
+use super::interval::median_interval;
+use super::{Channel, Record, Series};
 use crate::{Error, Result};
 use std::ops::RangeInclusive;
 

@@ -18,7 +18,7 @@ pub use accuracy::Accuracy;
 use accuracy::{PRESSURES, Sensors};
 use frequency::Empirical;
 pub use reading::Reading;
-use reading::{deviation, short, student_half};
+use reading::short;
 use step::Steps;
 use sweep::Sweep;
 
@@ -225,14 +225,4 @@ fn drop_share(records: &[&Record], accuracy: &Accuracy) -> f64 {
         Some(0.5 * gauges.sum::<f64>().sqrt() / mean.max(LEAST_DROP * DROP))
     };
     records.iter().filter_map(share).fold(0.0, f64::max)
-}
-
-/// The mean of repetitions, and half of its 95 % interval: from less than three of them `floor`, that of each.
-fn repeated(values: &[f64], floor: f64) -> (f64, f64) {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let half = match values.len() {
-        0..3 => floor,
-        several => (student_half(several) * deviation(values)).max(floor / (several as f64).sqrt()),
-    };
-    (mean, half)
 }

@@ -87,6 +87,16 @@ pub(super) fn student_half(count: usize) -> f64 {
     student_t(freedom) / (count as f64).sqrt()
 }
 
+/// The mean of repetitions, and half of its 95 % interval: from less than three of them `floor`, that of each.
+pub(super) fn repeated(values: &[f64], floor: f64) -> (f64, f64) {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let half = match values.len() {
+        0..3 => floor,
+        several => (student_half(several) * deviation(values)).max(floor / (several as f64).sqrt()),
+    };
+    (mean, half)
+}
+
 /// A number to three digits, as short as that allows.
 pub(super) fn short(value: f64) -> String {
     let digits = 2.0 - value.abs().max(1e-3).log10().floor();

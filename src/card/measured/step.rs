@@ -1,7 +1,6 @@
 //! Steps of the command from zero to full scale, as they were measured.
 
-use super::reading::Reading;
-use super::{deviation, repeated};
+use super::reading::{Reading, deviation, repeated};
 use crate::card::step::DONE;
 use crate::record::Channel;
 

@@ -7,8 +7,8 @@ use super::targets::{COMMAND, Targets};
 use super::timing::Timing;
 use crate::record::Channel;
 use crate::record::format::Format;
-use crate::record::mapping::Target;
 use crate::record::table::Table;
+use crate::record::target::Target;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

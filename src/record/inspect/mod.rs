@@ -17,8 +17,9 @@ pub use propose::Proposal;
 pub use timing::{Gap, Timing};
 
 use super::conversion::Conversion;
-use super::mapping::{Mapping, Target, known};
+use super::mapping::{Mapping, known};
 use super::table::Table;
+use super::target::Target;
 use super::{Reading, Record, file};
 use crate::Result;
 use call::call;

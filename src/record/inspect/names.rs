@@ -1,7 +1,7 @@
 //! What the names of somebody else's columns say: `x_cmd_mm` is a command in mm, `pA` the pressure at port A.
 
 use crate::record::label::Label;
-use crate::record::mapping::Target;
+use crate::record::target::Target;
 use crate::record::{Channel, Quantity};
 
 /// How surely a word names a target; a command of the position is a command, the position of a spool a spool.

@@ -81,7 +81,11 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     };
     let after = &identified.after;
     assert!(
-        after.values.iter().all(|value| value.is_finite()),
+        after
+            .values
+            .as_slice()
+            .iter()
+            .all(|value| value.is_finite()),
         "{:?}",
         after.values
     );

@@ -1,6 +1,6 @@
 //! Noise from the differences of neighbouring residuals.
 
-use super::{mean, mean_square, middle_square};
+use super::moments::{mean, mean_square, middle_square};
 use crate::diagnose::statistics::rows::stretches;
 
 /// Largest correlation of neighbouring rows that differences can tell from a drift.

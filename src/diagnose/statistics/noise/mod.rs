@@ -10,17 +10,13 @@
 //! Each source tells its own value and how well it is known; where two of them differ by more than that, the report says so.
 
 mod differences;
+mod moments;
 mod quiet;
 mod repeats;
 mod resolution;
 
-use super::rows::coloured;
 use resolution::Resolution;
 
-/// Rows in a block whose variance is one vote.
-const BLOCK: usize = 128;
-/// Most votes. A few long blocks know the variance of coloured noise better than many short ones.
-const VOTES: usize = 9;
 /// A source that shows less than this share of the largest value shows what arithmetic leaves of one value that is held.
 const NOTHING: f64 = 1e-12;
 /// Two sources disagree if they differ by more than this many standard errors, and by more than their margins.
@@ -264,52 +260,6 @@ fn measured_sources(columns: &[Columns]) -> Vec<Source> {
         })
     };
     found.into_iter().filter_map(source).collect()
-}
-
-/// How many independent rows say as much of a variance as `values`.
-fn independent(values: &[f64], starts: &[usize]) -> f64 {
-    (values.len() as f64 / coloured(values, starts)).max(1.0)
-}
-
-/// The mean square, by vote of a few blocks: one in which something else happened does not count.
-fn middle_square(values: &[f64]) -> f64 {
-    let votes = (values.len() / BLOCK).clamp(1, VOTES);
-    let length = (values.len() / votes).max(1);
-    let mut squares: Vec<f64> = values.chunks_exact(length).map(mean_square).collect();
-    squares.sort_by(f64::total_cmp);
-    squares.get(squares.len() / 2).copied().unwrap_or(0.0)
-}
-
-fn range(values: &[f64]) -> f64 {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
-            (low.min(v), high.max(v))
-        });
-    high - low
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-fn mean_square(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
-}
-
-/// What is left of `values` about a straight line.
-fn detrended(values: &[f64]) -> Vec<f64> {
-    let n = values.len() as f64;
-    let middle = (n - 1.0) / 2.0;
-    let mean = mean(values);
-    let along = values
-        .iter()
-        .enumerate()
-        .map(|(i, v)| (i as f64 - middle) * (v - mean))
-        .sum::<f64>();
-    let slope = along / (n * (n * n - 1.0) / 12.0).max(1.0);
-    let left = |(i, v): (usize, &f64)| v - mean - slope * (i as f64 - middle);
-    values.iter().enumerate().map(left).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Noise from what is left where the command rests.
 
-use super::{detrended, independent, mean, mean_square, range};
+use super::moments::{detrended, independent, mean, mean_square, range};
 use crate::diagnose::statistics::rows::{coloured, stretches};
 use std::ops::Range;
 

@@ -1,6 +1,6 @@
 //! Noise from the differences between repeats of the command.
 
-use super::{detrended, independent, middle_square, range};
+use super::moments::{detrended, independent, middle_square, range};
 use crate::diagnose::statistics::rows::stretches;
 use std::collections::HashMap;
 

@@ -1,6 +1,6 @@
 //! What the rows of a channel resolve: the step to which values are rounded, and the time for which they stand.
 
-use super::{detrended, mean_square};
+use super::moments::{detrended, mean_square};
 use crate::diagnose::statistics::rows::{rate, stretches};
 
 /// Fewest distinct values that are looked at in two halves, and of which a half shows a step of its own.

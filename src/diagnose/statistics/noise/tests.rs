@@ -1,6 +1,7 @@
 use super::NoiseMethod::{
     Differences, QuietStretches, RepeatedCommand, Resolution as OfResolution,
 };
+use super::moments::mean_square;
 use super::quiet::typical_variance;
 use super::*;
 use crate::diagnose::statistics::simulated::{command, filtered, white};

@@ -46,7 +46,7 @@
 //! ```
 //! use servobee::evaluate::problem::{Data, Problem, Sample, Series};
 //! use servobee::evaluate::{CpuEvaluator, Precision, reference};
-//! use servobee::model::{Initial, Input, Structure};
+//! use servobee::model::{Complete, Initial, Input, Structure};
 //! use servobee::search::{Plan, Settings, fit};
 //! use std::ops::ControlFlow;
 //! use std::sync::Arc;
@@ -59,7 +59,8 @@
 //! let mut series = Series { name: "step".into(), samples: vec![step; time.len()], time };
 //! series.set_steps(structure.fastest_rate(&parameters), 1);
 //! let [gain, time_constant, saturation] = [220.0, 0.008, 1.2];
-//! let measured = reference::trajectories(&structure, &[gain, time_constant, saturation], &[series.clone()]);
+//! let truth = Complete::from_iter([gain, time_constant, saturation]);
+//! let measured = reference::trajectories(&structure, &truth, &[series.clone()]);
 //! for (sample, measured) in series.samples.iter_mut().zip(&measured[0]) {
 //!     sample.target = *measured;
 //! }

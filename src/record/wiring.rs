@@ -11,6 +11,11 @@ use std::ops::RangeInclusive;
 /// of 10 ms moves the response by less than a sensor's error.
 const MOMENT: f64 = 0.05;
 const SWEEP: f64 = 8e-3;
+/// A command sweeps, though it jumps in this share of its rows at most, where it slowly moves over nearly its whole range and
+/// rows are so many s apart at least.
+const JUMPS: f64 = 0.01;
+const WHOLE: f64 = 0.9;
+const COARSE: f64 = 0.01;
 /// Rows that are so many s apart show nothing of it, either.
 const FAR_APART: f64 = 0.2;
 
@@ -93,20 +98,34 @@ impl Record {
         follows > FOLLOWS && follows > like(&speed)
     }
 
-    /// The largest change of the command in 50 ms, as a share of its range.
+    /// The largest change of the command in 50 ms, as a share of its range. Left out are a few jumps from one slow sweep to
+    /// the next, where the rows are too far apart to show how a valve answers them.
     pub fn quickest_change(&self) -> f64 {
         let (time, command) = (self.time(), &self.command().values);
         let (low, high) = ends(command);
         let mut early = 0;
-        let mut most = 0.0f64;
+        // What is left without jumps, and their rows.
+        let (mut most, mut slowly, mut jumps) = (0.0f64, 0.0, 0);
+        let mut quickest = 0.0f64;
         for row in 1..time.len() {
             while early + 1 < row && time[row] - time[early + 1] >= MOMENT {
                 early += 1;
             }
-            let change = (command[row] - command[early]).abs();
-            most = most.max(change * (MOMENT / (time[row] - time[early])).min(1.0));
+            let moved = (command[row] - command[early]).abs() / (high - low);
+            let change = moved * (MOMENT / (time[row] - time[early])).min(1.0);
+            quickest = quickest.max(change);
+            if change < SWEEP {
+                most = most.max(change);
+                slowly += (command[row] - command[row - 1]).abs() / (high - low);
+            } else {
+                jumps += 1;
+            }
         }
-        most / (high - low)
+        let few = jumps as f64 <= JUMPS * time.len() as f64;
+        match few && slowly > WHOLE && median_interval(time) >= COARSE {
+            true => most,
+            false => quickest,
+        }
     }
 
     /// Whether the record is too slow to show what moves the spool: a static sweep, or rows that are far apart.
@@ -330,6 +349,19 @@ mod tests {
         let quick = record("V", 1000.0, |t| triangle(t, 4.0), |t| triangle(t, 4.0));
         assert!(!quick.is_static());
         assert!((quick.quickest_change() - 0.025).abs() < 1e-3);
+        // From where it waits to where it begins, and back from end to end.
+        let begins = |t: f64| {
+            if t < 1.0 {
+                0.0
+            } else {
+                triangle(t - 1.0 + 37.5, 50.0)
+            }
+        };
+        assert!(record("mA", 50.0, begins, begins).is_static());
+        let saw = |t: f64| (t / 40.0).fract();
+        assert!(record("mA", 50.0, saw, saw).is_static());
+        let late = |t: f64| f64::from(t > 20.0);
+        assert!(!record("V", 100.0, late, late).is_static());
         let step = record("V", 1000.0, |t| f64::from(t > 2.0), |t| f64::from(t > 2.0));
         assert!(!step.is_static());
         assert!(record("V", 2.0, |t| f64::from(t > 900.0), |t| f64::from(t > 900.0)).is_static());

@@ -139,7 +139,7 @@ pub fn remarks(structure: &Structure, records: &[Record]) -> Vec<String> {
     if base.drive == Drive::Direct && records.iter().all(Record::is_static) {
         let quickest = records.iter().map(Record::quickest_change);
         list.push(format!(
-            "the records show nothing of what moves the spool: no command changes by more than {:.2} % of its range in 50 ms. \
+            "the records show nothing of what moves the spool: but for jumps the command changes by at most {:.2} % of its range in 50 ms. \
              Gain, time constant and saturation are left out and so are effects that only quick motion shows; the spool is where the command is (a model file with \
              drive = \"actuator\" keeps them)",
             100.0 * quickest.fold(0.0, f64::max)

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::model::Structure;
 use crate::model::base::servo_valve::remarks;
-use crate::record::{HOLD_OUT, Record};
+use crate::record::{HOLD_OUT, Record, ends};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -238,11 +238,7 @@ fn held_in_turn(command: &[f64], share: f64) -> Vec<bool> {
 
 /// The first row, those in which the command turns, and the number of rows.
 fn reversals(command: &[f64]) -> Vec<usize> {
-    let (low, high) = command
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-            (low.min(value), high.max(value))
-        });
+    let (low, high) = ends(command);
     let turn = TURN * (high - low);
     let mut found = vec![0];
     // The row of the extreme so far, and whether the command has risen to it.

@@ -32,6 +32,7 @@ pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
 pub use unit::{Quantity, Unit};
 pub use wiring::Direction;
+pub(crate) use wiring::ends;
 
 use crate::input::sha256;
 use crate::{Error, Result};

@@ -221,7 +221,8 @@ impl Record {
     }
 }
 
-fn ends(values: &[f64]) -> (f64, f64) {
+/// The smallest and the largest of `values`.
+pub(crate) fn ends(values: &[f64]) -> (f64, f64) {
     let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
     let wider = |(low, high): (f64, f64), &value: &f64| (low.min(value), high.max(value));
     values.iter().fold((low, high), wider)

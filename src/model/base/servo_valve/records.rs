@@ -87,10 +87,9 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         true => Drop::Supply,
         false => Drop::Rated,
     };
-    let flows = |direction| {
-        let mut clear = records.iter().map(|record| record.direction(Channel::Flow));
-        clear.any(|found| found == direction)
-    };
+    let flow = records.iter().map(|record| record.direction(Channel::Flow));
+    let directions: Vec<Direction> = flow.collect();
+    let flows = |direction| directions.contains(&direction);
     let polarity = match flows(Direction::Against) && !flows(Direction::With) {
         true => Polarity::Negative,
         false => Polarity::Positive,

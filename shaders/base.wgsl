@@ -14,6 +14,10 @@ struct Input {
 struct Measured {
     spool: f32,
     flow: f32,
+    return_flow: f32,
+    pressure_a: f32,
+    pressure_b: f32,
+    load_pressure: f32,
     position: f32,
 }
 

@@ -14,6 +14,10 @@ struct Input {
 struct Measured {
     spool: f32,
     flow: f32,
+    return_flow: f32,
+    pressure_a: f32,
+    pressure_b: f32,
+    load_pressure: f32,
     position: f32,
 }
 
@@ -76,30 +80,30 @@ struct Plant {
     opening_offset: f32,
     rate: f32,
     leakage: f32,
+    orifice_coefficient: f32,
     first_area: f32,
     slope_1: f32,
     slope_2: f32,
     slope_3: f32,
     slope_4: f32,
     slope_5: f32,
-    orifice_coefficient: f32,
 }
 
 fn prepare(candidate: u32, population: u32) -> Plant {
     let rate = 1.0f / candidates[1u * population + candidate];
     let leakage = constants[3u] * 0.0001f;
-    let first_area = candidates[3u * population + candidate] * 0.0001f;
-    let t21 = candidates[4u * population + candidate] * 0.0001f;
-    let slope_1 = (t21 - first_area) / 10.0f;
-    let t25 = candidates[5u * population + candidate] * 0.0001f;
-    let slope_2 = (t25 - t21) / 15.0f;
-    let t29 = candidates[6u * population + candidate] * 0.0001f;
-    let slope_3 = (t29 - t25) / 25.0f;
-    let t33 = candidates[7u * population + candidate] * 0.0001f;
-    let slope_4 = (t33 - t29) / 30.0f;
-    let slope_5 = ((candidates[8u * population + candidate] * 0.0001f) - t33) / 20.0f;
     let orifice_coefficient = constants[0u] * sqrt(2.0f / constants[1u]);
-    return Plant(candidates[0u * population + candidate], candidates[1u * population + candidate], candidates[2u * population + candidate], constants[4u], rate, leakage, first_area, slope_1, slope_2, slope_3, slope_4, slope_5, orifice_coefficient);
+    let first_area = candidates[3u * population + candidate] * 0.0001f;
+    let t32 = candidates[4u * population + candidate] * 0.0001f;
+    let slope_1 = (t32 - first_area) / 10.0f;
+    let t36 = candidates[5u * population + candidate] * 0.0001f;
+    let slope_2 = (t36 - t32) / 15.0f;
+    let t40 = candidates[6u * population + candidate] * 0.0001f;
+    let slope_3 = (t40 - t36) / 25.0f;
+    let t44 = candidates[7u * population + candidate] * 0.0001f;
+    let slope_4 = (t44 - t40) / 30.0f;
+    let slope_5 = ((candidates[8u * population + candidate] * 0.0001f) - t44) / 20.0f;
+    return Plant(candidates[0u * population + candidate], candidates[1u * population + candidate], candidates[2u * population + candidate], constants[4u], rate, leakage, orifice_coefficient, first_area, slope_1, slope_2, slope_3, slope_4, slope_5);
 }
 
 fn initial(plant: Plant, input: Input, position: f32) -> State {

@@ -11,7 +11,8 @@
 //!   candidates, dual numbers and as text: WGSL, C and Modelica. A structure is a base model ([`model::base`]), what is observed
 //!   of it, and what is attached at its ports. The servo valve is the base model of this crate: its actuator is
 //!   `ż = K · sat(u − x, ±S)`, `ẋ = (z − x) / T` ([`model::actuator`]); an orifice passes
-//!   `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of them make a valve ([`model::valve`]). What
+//!   `q = Cd A √(2/ρ) p / (p² + pcr²)^¼` ([`model::orifice`]); four or six of them make a valve ([`model::valve`]), near
+//!   null those of its edges ([`model::edges`]). What
 //!   measured valves show beyond that is in [`model::effects`], one file an effect.
 //! - [`evaluate`]: the costs of a whole population at once, behind one trait: the problem, the time loops, the devices, whether
 //!   they compute right, and what is kept of a run.
@@ -46,7 +47,7 @@
 //! ```
 //! use servobee::evaluate::problem::{Data, Problem, Sample, Series};
 //! use servobee::evaluate::{CpuEvaluator, Precision, reference};
-//! use servobee::model::{Complete, Initial, Input, Structure};
+//! use servobee::model::{Complete, Initial, Input, Outputs, Structure};
 //! use servobee::search::{Plan, Settings, fit};
 //! use std::ops::ControlFlow;
 //! use std::sync::Arc;
@@ -56,7 +57,8 @@
 //! let parameters = structure.parameters();
 //! let time: Vec<f64> = (0..60).map(|k| 0.002 * f64::from(k)).collect();
 //! let step = Sample { input: Input { command: 10.0, ..Input::default() }, weight: 1.0, ..Sample::default() };
-//! let mut series = Series { name: "step".into(), samples: vec![step; time.len()], time };
+//! let measured = Outputs::all(true);
+//! let mut series = Series { name: "step".into(), measured, samples: vec![step; time.len()], time };
 //! series.set_steps(structure.fastest_rate(&parameters), 1);
 //! let [gain, time_constant, saturation] = [220.0, 0.008, 1.2];
 //! let truth = Complete::from_iter([gain, time_constant, saturation]);

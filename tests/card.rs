@@ -62,6 +62,7 @@ fn problem(structure: &Structure, values: &[(&str, f64)], noise: f64, seed: u64)
     };
     let mut series = Rows {
         name: "steps".into(),
+        measured: Outputs::all(true),
         samples: (0..2000).map(&mut row).collect(),
         time: (0..2000).map(|k| 1e-3 * k as f64).collect(),
     };

@@ -37,6 +37,7 @@ fn two_rows(
     };
     let series = Series {
         name: "by hand".into(),
+        measured: Outputs::all(true),
         time: vec![0.0, 1.0],
         samples: rows.map(sample).to_vec(),
     };

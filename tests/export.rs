@@ -504,6 +504,7 @@ fn every_effect_simulates_as_a_modelica_model() {
         };
         let mut series = Series {
             name: "levels".into(),
+            measured: Outputs::all(true),
             time: time.clone(),
             samples: (0..time.len()).map(sample).collect(),
         };

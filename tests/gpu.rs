@@ -286,7 +286,7 @@ fn records_that_do_not_fit_into_a_buffer_stream_through_two() {
 fn a_late_command_needs_all_rows_in_one_buffer_and_says_so() {
     let Some(mut gpu) = gpu() else { return };
     let problem = late();
-    gpu.limit_buffers(9000);
+    gpu.limit_buffers(11_000);
     let refusal = gpu.costs(&problem, &random(&problem, 2, 4));
     let error = refusal.expect_err("more rows than fit").to_string();
     assert!(

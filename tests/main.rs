@@ -3,6 +3,7 @@
 mod bad;
 mod base_model;
 mod bees;
+mod blocked;
 mod browser;
 mod card;
 mod commands;

@@ -27,8 +27,19 @@ fn structures() -> Vec<Structure> {
         drop: Drop::Supply,
         ..form.clone()
     };
-    let flow = |valve: &ValveForm| Structure {
+    let open = Output::ALL
+        .into_iter()
+        .filter(|output| !output.is_of_blocked_ports());
+    let open: Vec<Output> = open.collect();
+    let edges = Structure {
         observed: Output::ALL.into(),
+        ..Structure::flow_bench(ValveForm {
+            area: AreaLaw::Edges,
+            ..form.clone()
+        })
+    };
+    let flow = |valve: &ValveForm| Structure {
+        observed: open.clone(),
         base: ServoValve {
             spool_unit: Some("%".into()),
             ..ServoValve::with(valve.clone())
@@ -38,6 +49,7 @@ fn structures() -> Vec<Structure> {
     };
     vec![
         base.clone(),
+        edges,
         flow(&form),
         flow(&supply),
         flow(&table),
@@ -197,7 +209,7 @@ fn what_is_wrong_is_named_with_its_line() {
         ),
         (
             whole("valve.area = \"linear\"\n"),
-            &["line 5", "follows from its flow", "delete"],
+            &["line 5", "follows from it", "delete"],
         ),
         (table("[0, 1, 2]"), &["line 6", "fewer than four", "rising"]),
         (table("[0, 1, 1, 2]"), &["line 6", "do not rise", "rising"]),
@@ -317,6 +329,7 @@ fn any_structure() -> impl Strategy<Value = Structure> {
     };
     let area = prop_oneof![
         Just(AreaLaw::Linear),
+        Just(AreaLaw::Edges),
         openings().prop_map(AreaLaw::Table),
         openings().prop_map(AreaLaw::Signed),
     ];
@@ -358,7 +371,10 @@ fn any_structure() -> impl Strategy<Value = Structure> {
             ..Structure::actuator(full_scale, command_unit)
         };
         let form = ValveForm {
-            area,
+            area: match structure.observes_blocked_ports() {
+                true => AreaLaw::Edges,
+                false => area,
+            },
             orifices,
             transition,
             meter,

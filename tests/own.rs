@@ -164,6 +164,7 @@ fn problem(structure: &Structure, values: &[(&str, f64)]) -> Problem {
     };
     let mut series = Series {
         name: "own".into(),
+        measured: Outputs::all(true),
         time: (0..600).map(|k| 1e-3 * k as f64).collect(),
         samples: (0..600).map(sample).collect(),
     };
@@ -397,7 +398,7 @@ fn more_states_than_a_structure_has_room_for_are_refused() {
     }
     // With everything that there is nothing panics.
     let full = Structure {
-        observed: Output::ALL.to_vec(),
+        observed: vec![Output::Spool, Output::Flow, Output::Position],
         base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(10.0, "V")
     };

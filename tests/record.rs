@@ -383,9 +383,9 @@ fn mappings_rename_columns() {
 
 #[test]
 fn every_channel_is_read_and_pressures_need_no_unit() {
-    let text = "time,command [V],spool [%],flow [l/min],supply_pressure [MPa],return_pressure,Pressure A,\
-                pressure-b [psi],position [in],temperature [degF]\n\
-                0,0,0,0,7,1,2,1000,1,212\n1,0,0,0,7,1,2,1000,1,32\n";
+    let text = "time,command [V],spool [%],flow [l/min],return_flow [l/min],supply_pressure [MPa],return_pressure,\
+                Pressure A,pressure-b [psi],load pressure,position [in],temperature [degF]\n\
+                0,0,0,0,0,7,1,2,1000,3,1,212\n1,0,0,0,0,7,1,2,1000,3,1,32\n";
     let record = Record::parse("a.csv", text, &[]).unwrap();
     assert!(
         record

@@ -1,15 +1,20 @@
 //! The test bench that a fitted valve is put on: its structure without the sensors of the record, and the commands of
 //! ISO 10770-1's tests.
 
-use crate::evaluate::problem::{Sample, Series};
+use crate::evaluate::Problem;
+use crate::evaluate::problem::{Data, Sample, Series};
 use crate::evaluate::simulate::outputs;
 use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
 use crate::model::effects::Port;
 use crate::model::valve::{AreaLaw, Drop, Meter, RATED_DROP};
-use crate::model::{Complete, Dynamics, Hold, Initial, Input, Output, Parameter, Plant, Structure};
+use crate::model::{
+    Complete, Dynamics, Hold, Initial, Input, Output, Outputs, Parameter, Plant, Structure,
+};
 
 /// Pressure from P to T where the record's was measured, bar: at which servo valves are rated.
 pub(super) const DROP: f64 = 70.0;
+/// How long a command is kept: at least this, s, and so many of the slowest time constants.
+const SETTLING: (f64, f64) = (0.2, 12.0);
 /// Share of an interval after which an answer counts as settled.
 const SETTLED: f64 = 0.99;
 /// Temperature of the oil, °C: that of ISO 10770-1's tests.
@@ -20,15 +25,16 @@ const TEMPERATURE: f64 = 40.0;
 pub(super) struct Bench {
     pub(super) structure: Structure,
     values: Vec<(String, f64)>,
+    /// Pressure from P to T, bar.
+    supply: f64,
+    /// That of the records with blocked ports, if there are any.
+    blocked_supply: Option<f64>,
 }
 
 impl Bench {
-    /// The valve of `structure`, whose `parameters` have these `values`. What only a sensor adds is left out.
-    pub(super) fn new(
-        structure: &Structure,
-        parameters: &[Parameter],
-        values: &Complete<f64>,
-    ) -> Self {
+    /// The valve of `problem`, whose parameters have these `values`. What only a sensor adds is left out.
+    pub(super) fn new(problem: &Problem, values: &Complete<f64>) -> Self {
+        let structure = &problem.structure;
         let mut bench = Structure {
             hold: Hold::Held,
             initial: Initial::Equilibrium,
@@ -49,11 +55,26 @@ impl Bench {
         bench.free_form = bench
             .free_form
             .filter(|form| form.port != Port::Measurement);
-        let names = parameters.iter().map(|parameter| parameter.name.clone());
+        let names = problem
+            .parameters
+            .iter()
+            .map(|parameter| parameter.name.clone());
         Self {
             structure: bench,
             values: names.zip(values.as_slice().iter().copied()).collect(),
+            supply: DROP,
+            blocked_supply: blocked_supply(&problem.data),
         }
+    }
+
+    /// The same valve with its ports A and B blocked, at the pressure that the records of such tests had; `None` where there
+    /// are none.
+    pub(super) fn with_blocked_ports(&self) -> Option<Self> {
+        let supply = self.blocked_supply.filter(|_| self.structure.has_edges())?;
+        let mut bench = self.clone();
+        bench.supply = supply;
+        bench.structure.observed = vec![Output::ReturnFlow, Output::LoadPressure];
+        Some(bench)
     }
 
     /// The same valve with its flow measured in the pressure line.
@@ -114,7 +135,7 @@ impl Bench {
         let valve = self.structure.valve()?;
         match valve.drop {
             Drop::Rated => self.value(RATED_DROP),
-            Drop::Supply | Drop::Ports => Some(DROP),
+            Drop::Supply | Drop::Ports => Some(self.supply),
         }
     }
 
@@ -123,19 +144,31 @@ impl Bench {
         match self.structure.valve().map(|valve| &valve.area) {
             Some(AreaLaw::Table(openings)) => openings[openings.len() - 1],
             Some(AreaLaw::Signed(openings)) => openings[openings.len() - 1].min(-openings[0]),
-            Some(AreaLaw::Linear) | None => f64::INFINITY,
+            Some(AreaLaw::Linear | AreaLaw::Edges) | None => f64::INFINITY,
         }
     }
 
     /// Spool and flow when the command is each of `commands` for `interval` seconds: what they are when it is given.
     pub(super) fn run(&self, commands: &[f64], interval: f64) -> Vec<[f64; 2]> {
         let time = (0..commands.len()).map(|k| interval * k as f64).collect();
-        self.simulate(commands, time)
+        let rows = self.simulate(commands, time);
+        rows.iter().map(spool_and_flow).collect()
+    }
+
+    /// How long a command has to be kept for the valve to come to rest, s.
+    pub(super) fn settling(&self) -> f64 {
+        SETTLING.0.max(SETTLING.1 * self.slowest()) + 2.0 * self.delay()
     }
 
     /// The same, but what they are when that command has been there for nearly `interval` seconds: the answer to the command
     /// itself, of a spool that moves as of one that follows at once.
     pub(super) fn settled(&self, commands: &[f64], interval: f64) -> Vec<[f64; 2]> {
+        let rows = self.settled_outputs(commands, interval);
+        rows.iter().map(spool_and_flow).collect()
+    }
+
+    /// The same, with all outputs.
+    pub(super) fn settled_outputs(&self, commands: &[f64], interval: f64) -> Vec<Outputs<f64>> {
         let twice: Vec<f64> = commands.iter().flat_map(|&command| [command; 2]).collect();
         let time = (0..commands.len())
             .flat_map(|k| [0.0, SETTLED].map(|share| interval * (k as f64 + share)))
@@ -147,14 +180,14 @@ impl Bench {
             .collect()
     }
 
-    /// Spool and flow at each `time` at which one of `commands` is given.
-    fn simulate(&self, commands: &[f64], time: Vec<f64>) -> Vec<[f64; 2]> {
+    /// The outputs at each `time` at which one of `commands` is given.
+    fn simulate(&self, commands: &[f64], time: Vec<f64>) -> Vec<Outputs<f64>> {
         let input = |command, time| Input {
             command,
-            supply: DROP,
+            supply: self.supply,
             tank: 0.0,
-            a: DROP / 2.0,
-            b: DROP / 2.0,
+            a: self.supply / 2.0,
+            b: self.supply / 2.0,
             temperature: TEMPERATURE,
             time,
         };
@@ -165,16 +198,37 @@ impl Bench {
         };
         let mut record = Series {
             name: "bench".into(),
+            measured: Outputs::all(true),
             samples: commands.iter().zip(&time).map(sample).collect(),
             time,
         };
         let parameters = self.parameters();
         record.set_steps(self.structure.fastest_rate(&parameters), 1);
         let values = Complete::nominal(&parameters);
-        let rows = outputs(&self.structure, &values, &record);
-        rows.iter()
-            .map(|row| [row[Output::Spool], row[Output::Flow]])
-            .collect()
+        outputs(&self.structure, &values, &record)
+    }
+}
+
+fn spool_and_flow(row: &Outputs<f64>) -> [f64; 2] {
+    [row[Output::Spool], row[Output::Flow]]
+}
+
+/// The mean pressure from P to T, bar, in the records whose ports were blocked; that of the bench where none was measured.
+fn blocked_supply(data: &Data) -> Option<f64> {
+    let Data::Series(records) = data else {
+        return None;
+    };
+    let blocked = |record: &&Series| {
+        let mut measured = record.measured.iter();
+        measured.any(|(output, measured)| output.is_of_blocked_ports() && *measured)
+    };
+    let rows = records.iter().filter(blocked).flat_map(|one| &one.samples);
+    let drops: Vec<f64> = rows.map(|row| row.input.supply - row.input.tank).collect();
+    let mean = drops.iter().sum::<f64>() / drops.len() as f64;
+    match drops.is_empty() {
+        true => None,
+        false if mean > 0.0 => Some(mean),
+        false => Some(DROP),
     }
 }
 

@@ -1,12 +1,14 @@
 //! The figures of the card: what each is, what it needs, and how it is read off the tests.
 
 use super::bench::Bench;
+use super::blocked::BlockedPorts;
 use super::construction::CycleFigures;
 use super::cycle::Cycle;
 use super::quantity::{AMPLITUDES, Quantity};
 use super::response::Response;
 use super::step::Step;
 use crate::evaluate::Problem;
+use crate::model::Output;
 
 /// Everything that is done with a valve on the bench.
 pub(super) struct Tests {
@@ -14,6 +16,7 @@ pub(super) struct Tests {
     pub(super) responses: Vec<Response>,
     pub(super) step: Option<Step>,
     figures: Option<CycleFigures>,
+    pressure_gain: Option<f64>,
     leakage: Option<f64>,
 }
 
@@ -22,10 +25,15 @@ impl Tests {
         let full_scale = bench.structure.full_scale;
         let cycle = Cycle::of(bench);
         let figures = cycle.figures(full_scale);
-        let valve = bench.structure.valve();
-        let leakage = valve
-            .and(figures.as_ref())
-            .map(|figures| leakage(bench, 0.01 * figures.null * full_scale));
+        let null = figures
+            .as_ref()
+            .map(|figures| 0.01 * figures.null * full_scale);
+        let blocked = BlockedPorts::of(bench, null.unwrap_or(0.0));
+        let valve = bench.structure.valve().zip(null);
+        let leakage = match &blocked {
+            Some(blocked) => Some(blocked.leakage),
+            None => valve.map(|(_, null)| leakage(bench, null)),
+        };
         let responses = AMPLITUDES
             .iter()
             .filter_map(|&share| Response::of(bench, share));
@@ -34,6 +42,7 @@ impl Tests {
             step: Step::of(bench),
             cycle,
             figures,
+            pressure_gain: blocked.and_then(|blocked| blocked.gain),
             leakage,
         }
     }
@@ -58,6 +67,7 @@ impl Tests {
         };
         match source {
             Source::Cycle(figure) => figure(self.figures.as_ref()?),
+            Source::PressureGain => self.pressure_gain,
             Source::Leakage => self.leakage,
             Source::AmplitudeLimit(amplitude) => response(amplitude)?.amplitude_limit,
             Source::PhaseLimit(amplitude) => response(amplitude)?.phase_limit,
@@ -93,6 +103,8 @@ pub(super) enum Needs {
     Valve(f64),
     /// The same, and something that was fitted to what leaks.
     Leak,
+    /// Pressures that were measured with blocked ports.
+    Pressure,
     /// A spool that is moved by an actuator.
     Actuator,
     /// A command and its answer.
@@ -104,7 +116,9 @@ pub(super) enum Needs {
 pub(super) enum Source {
     /// The slow cycle.
     Cycle(fn(&CycleFigures) -> Option<f64>),
-    /// The least flow from P to T.
+    /// The load pressure with blocked ports.
+    PressureGain,
+    /// The flow from P to T at null.
     Leakage,
     /// The frequency response at this amplitude, %: where the gain has fallen by 3 dB.
     AmplitudeLimit(f64),
@@ -141,6 +155,9 @@ impl Definition {
     pub(super) fn miss(&self) -> &'static str {
         match self.needs {
             Needs::Actuator => "not reached",
+            Needs::Pressure => {
+                "the load pressure does not go through 60 % of the supply's on both sides"
+            }
             _ => NO_NULL,
         }
     }
@@ -244,11 +261,19 @@ pub(super) const FIGURES: &[Definition] = &[
         Source::Cycle(|cycle| Some(cycle.null).filter(|null| null.abs() <= 100.0)),
     ),
     figure(
+        Quantity::PressureGain,
+        "pressure gain",
+        "%/%",
+        Needs::Pressure,
+        "of supply per % of full command, A and B blocked, from -40 to 40 % of supply",
+        Source::PressureGain,
+    ),
+    figure(
         Quantity::Leakage,
         "internal leakage",
         "L/min",
         Needs::Leak,
-        "from P to T at null, A and B closed",
+        "from P to T near null, A and B blocked",
         Source::Leakage,
     ),
     figure(
@@ -317,12 +342,18 @@ pub(super) const FIGURES: &[Definition] = &[
     ),
 ];
 
+/// What shows the load pressure of a valve with blocked ports.
+const PRESSURES: [Output; 3] = [Output::LoadPressure, Output::PressureA, Output::PressureB];
+
 /// What the record gave, and what the bench has.
 pub(super) struct Conditions {
     drop: Option<f64>,
     moves: bool,
     is_servo_valve: bool,
     leaks: bool,
+    shows_pressure: bool,
+    /// Pressure from P to T while the ports were blocked, bar.
+    blocked_drop: Option<f64>,
     /// The opening up to which the areas are known, %.
     reach: f64,
 }
@@ -336,23 +367,36 @@ impl Conditions {
                 .any(|p| p.name == name && !p.is_fixed())
         };
         Self {
-            drop: bench.drop(),
+            drop: bench.drop().filter(|_| problem.structure.shows_a_flow()),
             moves: bench.actuator().is_some(),
             is_servo_valve: bench.is_servo_valve(),
             reach: bench.reach(),
             leaks: ["leakage_area", "leakage", "opening_offset"]
                 .into_iter()
-                .any(fitted),
+                .any(fitted)
+                || problem.structure.observes(Output::ReturnFlow),
+            shows_pressure: PRESSURES
+                .into_iter()
+                .any(|output| problem.structure.observes(output)),
+            blocked_drop: bench.with_blocked_ports().and_then(|bench| bench.drop()),
         }
     }
 
     /// Why there can be no value of `figure`, if so.
     pub(super) fn lack(&self, figure: &Definition) -> Option<String> {
         Some(match figure.needs {
-            Needs::Valve(_) | Needs::Leak | Needs::Actuator if !self.is_servo_valve => {
+            Needs::Valve(_) | Needs::Leak | Needs::Pressure | Needs::Actuator
+                if !self.is_servo_valve =>
+            {
                 "the model is of no servo valve".into()
             }
-            Needs::Valve(_) | Needs::Leak if self.drop.is_none() => "no flow was measured".into(),
+            Needs::Valve(_) if self.drop.is_none() => "no flow was measured".into(),
+            Needs::Leak if self.drop.or(self.blocked_drop).is_none() => {
+                "no flow was measured".into()
+            }
+            Needs::Pressure if !self.shows_pressure => {
+                "no pressure was measured with blocked ports".into()
+            }
             Needs::Valve(opening) if self.reach < opening => {
                 format!(
                     "the flow is known up to an opening of {} % only",
@@ -375,8 +419,12 @@ impl Conditions {
 
     /// The conditions of `figure`.
     pub(super) fn note(&self, figure: &Definition) -> String {
-        match (figure.needs, self.drop) {
-            (Needs::Valve(_) | Needs::Leak, Some(drop)) => {
+        let drop = match figure.needs {
+            Needs::Leak | Needs::Pressure => self.blocked_drop.or(self.drop),
+            _ => self.drop,
+        };
+        match (figure.needs, drop) {
+            (Needs::Valve(_) | Needs::Leak | Needs::Pressure, Some(drop)) => {
                 format!("{}; {} bar from P to T", figure.note, rounded(drop))
             }
             _ => figure.note.into(),

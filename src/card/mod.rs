@@ -7,6 +7,7 @@
 //! Each figure can stand there twice: [`Measured`] reads it off the records' own curves, by the same construction.
 
 mod bench;
+mod blocked;
 mod construction;
 mod cycle;
 mod figures;
@@ -125,7 +126,7 @@ impl Card {
     pub fn of(problem: &Problem, fit: &Fit) -> Self {
         let bench = |free: &[f64]| {
             let values = problem.complete(free, |fixed| fixed);
-            Bench::new(&problem.structure, &problem.parameters, &values)
+            Bench::new(problem, &values)
         };
         let own = bench(fit.values());
         let conditions = Conditions::of(problem, &own);

@@ -27,6 +27,8 @@ pub enum Quantity {
     Hysteresis,
     /// Command of no output.
     NullBias,
+    /// Load pressure over the supply's for each unit of command over full scale, at null with blocked ports.
+    PressureGain,
     /// Flow from P to T at null.
     Leakage,
     /// Frequency of -3 dB at one of the [`AMPLITUDES`].
@@ -61,6 +63,7 @@ impl Display for Quantity {
             Self::Polarity => "polarity",
             Self::Hysteresis => "hysteresis",
             Self::NullBias => "null_bias",
+            Self::PressureGain => "pressure_gain",
             Self::Leakage => "leakage",
             Self::AmplitudeLimit(amplitude) => return write!(f, "amplitude_limit_{amplitude}"),
             Self::PhaseLimit(amplitude) => return write!(f, "phase_limit_{amplitude}"),

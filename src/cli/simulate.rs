@@ -5,8 +5,8 @@ use super::reading::ReadingOptions;
 use super::table::{number, table};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{STATE_LIMIT, Score, simulate};
-use servobee::model::{Complete, Outputs, Structure};
-use servobee::record::{Record, check_mappings};
+use servobee::model::{Complete, Output, Outputs, Structure};
+use servobee::record::{self, Record, check_mappings};
 use servobee::report::{ModelFile, OutputFile};
 use servobee::{Error, Result};
 use std::path::PathBuf;
@@ -95,7 +95,7 @@ fn comparison(
         let own =
             |rows: &[Outputs<f64>]| -> Vec<f64> { rows.iter().map(|row| row[output]).collect() };
         let (outputs, finer) = (own(outputs), own(finer));
-        let score = record.get(output.channel()).map(|measured| {
+        let score = measured(record, output).map(|measured| {
             Score::new(measured.values.iter().copied().zip(outputs.iter().copied()))
         });
         let fit = score.and_then(|score| score.fit_percent);
@@ -114,6 +114,14 @@ fn comparison(
     table(&heads, rows)
 }
 
+/// What `record` has measured of `output`.
+fn measured(record: &Record, output: Output) -> Option<&record::Series> {
+    let channel = output.channel();
+    record
+        .get(channel)
+        .filter(|_| record.responses().contains(&channel))
+}
+
 /// Time, command, and every observed output: measured, where it is, and simulated.
 fn csv(structure: &Structure, record: &Record, outputs: &[Outputs<f64>]) -> String {
     let command = record.command();
@@ -126,7 +134,7 @@ fn csv(structure: &Structure, record: &Record, outputs: &[Outputs<f64>]) -> Stri
     ];
     for &output in &structure.observed {
         let unit = structure.unit(output);
-        if let Some(measured) = record.get(output.channel()) {
+        if let Some(measured) = measured(record, output) {
             columns.push((
                 format!("{} [{unit}]", output.name()),
                 measured.values.clone(),

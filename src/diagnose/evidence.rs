@@ -4,7 +4,7 @@ use super::fitted::{CHANCE, Fitted, left_over};
 use super::linear::Linear;
 use super::measurements::{Measurements, starts};
 use super::signals::Signals;
-use super::simulation::Compared;
+use super::simulation::{Compared, Sides, residual_in_all_rows};
 use super::statistics::line::strongest_line;
 use super::statistics::noise::Noise;
 use super::unexcited::set_by_held_out;
@@ -18,7 +18,7 @@ use crate::search::{self, Method, Plan, RunningSearch, polish_on_data, run_in_lo
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
@@ -59,20 +59,26 @@ pub(super) struct Evidence {
 pub(super) struct Model {
     /// The structure, and its parameters, whose start values are the fitted ones.
     pub(super) problem: Problem,
-    /// Residuals of each observed channel in units of its noise, one record after another: fitted rows.
+    /// Residuals of each observed channel in units of its noise, one record after another, fitted rows; zero in those of a
+    /// record that does not measure it.
     pub(super) fit: Vec<Vec<f64>>,
     /// The same for rows held out.
     pub(super) hold_out: Vec<Vec<f64>>,
+    /// How many values either side has that were measured.
+    pub(super) measured: Sides<usize>,
     /// Candidates evaluated for it.
     pub(super) evaluations: usize,
 }
 
 impl Model {
-    /// Mean squared residual over channels and rows.
+    /// Mean squared residual over all values that were measured.
     pub(super) fn loss(&self, side: Side) -> f64 {
-        let channels = self.residuals(side);
-        let count: usize = channels.iter().map(Vec::len).sum();
-        channels.iter().flatten().map(|r| r * r).sum::<f64>() / count.max(1) as f64
+        let count = match side {
+            Side::Fit => self.measured.fit,
+            Side::HoldOut => self.measured.hold_out,
+        };
+        let all = self.residuals(side).iter().flatten();
+        all.map(|r| r * r).sum::<f64>() / count.max(1) as f64
     }
 
     /// Residuals of each observed channel.
@@ -200,7 +206,6 @@ impl Evidence {
         if fastest.is_normal() {
             self.sizes.speed = fastest;
         }
-        let rows = self.starts(Side::Fit).get(1).copied();
         for (output, residual) in model.structure().observed.iter().zip(&model.fit) {
             let unit = self.scale[*output].sqrt();
             let measured = residual.iter().map(|value| value / unit).collect();
@@ -209,8 +214,8 @@ impl Evidence {
                 Some(noise) if noise.is_resolution() => &noise.beyond(measured),
                 _ => residual,
             };
-            let first = &beyond[..rows.unwrap_or(beyond.len())];
-            self.sizes.lines[*output] = strongest_line(first, self.sizes.interval);
+            let piece = first_piece(self.records(Side::Fit), *output);
+            self.sizes.lines[*output] = strongest_line(&beyond[piece], self.sizes.interval);
         }
     }
 
@@ -344,7 +349,15 @@ impl Evidence {
         }
         let fit = self.residuals(&problem, Side::Fit)?;
         let hold_out = self.residuals(&problem, Side::HoldOut)?;
+        let held = Problem {
+            data: self.hold_out.clone(),
+            ..problem.clone()
+        };
         Some(Model {
+            measured: Sides {
+                fit: problem.values(),
+                hold_out: held.values(),
+            },
             problem,
             fit,
             hold_out,
@@ -357,22 +370,30 @@ impl Evidence {
         let values = Complete::nominal(&problem.parameters);
         let records = self.records(side);
         let simulated = reference::trajectories(&problem.structure, &values, records);
-        let one = |&output: &Output| {
-            let mut channel = Vec::new();
-            for (record, rows) in records.iter().zip(&simulated) {
-                for (sample, outputs) in record.samples.iter().zip(rows) {
-                    if sample.weight > 0.0 {
-                        let error = sample.target[output] - outputs[output];
-                        channel.push(error * self.scale[output].sqrt());
-                    }
-                }
-            }
-            channel
+        let compared = Compared::all(records, &simulated);
+        let one = |&output: &Output| -> Vec<f64> {
+            let errors = residual_in_all_rows(&compared, output).into_iter();
+            errors
+                .map(|error| error * self.scale[output].sqrt())
+                .collect()
         };
         let channels: Vec<Vec<f64>> = problem.structure.observed.iter().map(one).collect();
         let finite = channels.iter().flatten().all(|value| value.is_finite());
         finite.then_some(channels)
     }
+}
+
+/// The first piece of the first of `records` that measures `output`, among the rows that count of all of them.
+fn first_piece(records: &[Series], output: Output) -> Range<usize> {
+    let mut begin = 0;
+    for record in records {
+        let pieces = record.pieces();
+        match pieces.first() {
+            Some(first) if record.measured[output] => return begin..begin + first.len(),
+            _ => begin += pieces.iter().map(Range::len).sum::<usize>(),
+        }
+    }
+    begin..begin
 }
 
 /// Lets the free parameters start at `values`.
@@ -447,6 +468,7 @@ mod tests {
             problem: evidence.problem(structure, &evidence.base),
             fit: Vec::new(),
             hold_out: Vec::new(),
+            measured: Sides::default(),
             evaluations: 0,
         }
     }

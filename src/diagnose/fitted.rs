@@ -120,9 +120,10 @@ impl Fitted {
         measurements: &Measurements,
         of_residual: bool,
     ) -> BTreeMap<String, Noise> {
-        let compared = self.beside(measurements).fit;
-        let known = KnownRows::new(&compared);
+        let all = self.beside(measurements).fit;
         let one = |&output: &Output| {
+            let compared = Compared::measuring(&all, output);
+            let known = KnownRows::new(&compared);
             let residual = residual(&compared, output);
             let rows = compared.iter().flat_map(|compared| compared.rows(output));
             let measured: Vec<f64> = rows.map(|row| row.1).collect();
@@ -192,6 +193,25 @@ pub(super) fn left_over(
     tested: &[Output],
     noise: &BTreeMap<String, Noise>,
 ) -> Vec<Remaining> {
+    // Channels that the same records measure are looked at together.
+    let same = |a: &Output, b: &Output| {
+        let mut records = compared.iter().map(|one| one.series.measured);
+        records.all(|measured| measured[*a] == measured[*b])
+    };
+    let one = |together: &[Output]| together_left_over(compared, together, noise);
+    tested.chunk_by(same).flat_map(one).collect()
+}
+
+/// The same of channels that the same records measure.
+fn together_left_over(
+    compared: &[Compared],
+    tested: &[Output],
+    noise: &BTreeMap<String, Noise>,
+) -> Vec<Remaining> {
+    let Some(&first) = tested.first() else {
+        return Vec::new();
+    };
+    let compared = &Compared::measuring(compared, first);
     let known = KnownRows::new(compared);
     let beyond = |output: &Output| noise[output.name()].beyond(residual(compared, *output));
     let residuals: Vec<Vec<f64>> = tested.iter().map(beyond).collect();
@@ -231,8 +251,8 @@ fn records(problem: &Problem) -> &[Series] {
 /// Variance of an output over all records; 1 where it does not vary.
 pub(super) fn variance(records: &[Series], output: Output) -> f64 {
     let values = || {
-        records
-            .iter()
+        let measuring = records.iter().filter(|record| record.measured[output]);
+        measuring
             .flat_map(|record| &record.samples)
             .map(|sample| sample.target[output])
     };

@@ -3,7 +3,7 @@
 use super::evidence::{QUICK, set_start};
 use super::fitted::Fitted;
 use super::measurements::{Measurements, starts};
-use super::simulation::{Compared, residual};
+use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
 use crate::Result;
 use crate::evaluate::{Fingerprint, Problem, reference};
@@ -100,7 +100,8 @@ impl OtherHold {
         let own = residuals(&taken.problem, &taken.beside(measurements).fit);
         let others = residuals(other, &Compared::all(records, &simulated));
         let comparison = Comparison::new(&others, &own, &vec![1.0; own.len()], &starts(records));
-        let errors = [&own, &others].map(|channels| rms(channels));
+        let values = taken.problem.values().max(1) as f64;
+        let errors = [&own, &others].map(|channels| (squares(channels) / values).sqrt());
         let [cost, other_cost] = errors.map(|error| error * error);
         let apart = (cost - other_cost).abs() > SAME_COST * cost.min(other_cost);
         let preferred = match comparison.z {
@@ -131,14 +132,12 @@ impl OtherHold {
 fn residuals(problem: &Problem, compared: &[Compared]) -> Vec<Vec<f64>> {
     let channel = |&output: &Output| -> Vec<f64> {
         let noise = problem.scale[output].sqrt();
-        let residual = residual(compared, output).into_iter();
+        let residual = residual_in_all_rows(compared, output).into_iter();
         residual.map(|value| noise * value).collect()
     };
     problem.structure.observed.iter().map(channel).collect()
 }
 
-fn rms(channels: &[Vec<f64>]) -> f64 {
-    let count: usize = channels.iter().map(Vec::len).sum();
-    let sum: f64 = channels.iter().flatten().map(|value| value * value).sum();
-    (sum / count.max(1) as f64).sqrt()
+fn squares(channels: &[Vec<f64>]) -> f64 {
+    channels.iter().flatten().map(|value| value * value).sum()
 }

@@ -9,7 +9,7 @@ use super::identified::Identified;
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
 use super::signature::{closest, of_effects, of_residual};
-use super::simulation::{Compared, Sides, residual};
+use super::simulation::{Compared, Sides, residual_in_all_rows};
 use super::stage::Stage;
 use super::statistics::bootstrap::{Improvement, improvement};
 use super::statistics::noise::Noise;
@@ -19,7 +19,7 @@ use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Outputs};
-use crate::search::{Fit, Plan, fit, refine};
+use crate::search::{Fit, Plan, fit_and_hop, refine};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
@@ -30,7 +30,7 @@ const QUIETER: f64 = 0.93;
 /// each stage and generation, and may break off: the result is then what is known so far.
 ///
 /// # Errors
-/// If the search fails: see [`fit`]; or the integrator errs by more than the noise.
+/// If the search fails: see [`fit_and_hop`]; or the integrator errs by more than the noise.
 pub fn identify(
     problem: IdentificationProblem,
     evaluator: &mut dyn Evaluator,
@@ -50,7 +50,7 @@ pub fn identify(
     let mut problem = Problem::new(structure, parameters, data);
     problem.scale = Outputs::from_fn(|output| 1.0 / variance(&measurements.fit, output));
     stage.begins("base model");
-    let found = fit(&problem, evaluator, plan, &mut |done| {
+    let found = fit_and_hop(&problem, evaluator, plan, &mut |done| {
         stage.generation(done)
     })?;
     let mut evaluations = found.evaluations;
@@ -325,7 +325,7 @@ impl Diagnosis<'_> {
         let weights: Vec<f64> = weights.collect();
         let of = |records: &[Series], before: &[Compared], after: &[Compared]| {
             let residuals = |compared: &[Compared]| -> Vec<Vec<f64>> {
-                let channel = |&output: &Output| residual(compared, output);
+                let channel = |&output: &Output| residual_in_all_rows(compared, output);
                 observed.iter().map(channel).collect()
             };
             let (old, new) = (residuals(before), residuals(after));

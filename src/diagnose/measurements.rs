@@ -4,7 +4,7 @@ use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::model::Structure;
 use crate::model::base::servo_valve::remarks;
-use crate::record::{HOLD_OUT, Record, ends};
+use crate::record::{HOLD_OUT, Record, reversals};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -22,8 +22,6 @@ const RUN_IN: usize = 4;
 /// A sweep is held out in at most so many pieces from one reversal to the next, each of so many rows at least.
 const PIECES: usize = 10;
 const SHORTEST_PIECE: usize = 10;
-/// A command has turned when it has gone back by this share of its range.
-const TURN: f64 = 0.05;
 
 /// How records are cut.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -191,6 +189,7 @@ impl Stretch {
         let mut series = Series {
             name: whole.name.clone(),
             time: whole.time[rows.clone()].to_vec(),
+            measured: whole.measured,
             samples: whole.samples[rows].to_vec(),
         };
         for sample in &mut series.samples[..self.counts.start - self.run_in] {
@@ -234,29 +233,6 @@ fn held_in_turn(command: &[f64], share: f64) -> Vec<bool> {
         }
     }
     held
-}
-
-/// The first row, those in which the command turns, and the number of rows.
-fn reversals(command: &[f64]) -> Vec<usize> {
-    let (low, high) = ends(command);
-    let turn = TURN * (high - low);
-    let mut found = vec![0];
-    // The row of the extreme so far, and whether the command has risen to it.
-    let (mut extreme, mut rising) = (0, None);
-    for (row, &value) in command.iter().enumerate() {
-        let moved = value - command[extreme];
-        let onwards = rising.is_some_and(|rising| (moved > 0.0) == rising) && moved != 0.0;
-        if onwards {
-            extreme = row;
-        } else if moved.abs() > turn {
-            if rising.is_some() {
-                found.push(extreme);
-            }
-            (extreme, rising) = (row, Some(moved > 0.0));
-        }
-    }
-    found.push(command.len());
-    found
 }
 
 /// Stretches all along a record with this `command` which have about `share` of its rows: of each of equal sections the

@@ -14,7 +14,9 @@
 use super::evidence::{Evidence, Model, Side, Start};
 use super::statistics::basis::{Basis, dot};
 use super::statistics::bootstrap::block_length;
+use crate::evaluate::problem::Series;
 use crate::evaluate::{Fingerprint, Interrupt};
+use crate::model::Output;
 use crate::model::effects::{Effect, known};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -314,10 +316,18 @@ fn tests(
     tried: &[Tried],
     gains: &[f64],
 ) -> Option<Vec<Test>> {
-    let starts = evidence.starts(Side::Fit);
-    let channels = evidence.scale.0.iter().filter(|s| **s > 0.0).count().max(1);
-    let block = block_length(residual, &[0]).max(20 * channels);
-    let edges: Vec<usize> = edges(residual.len(), &starts, channels, block);
+    let channels = |record: &Series| {
+        let counts = |output: &Output| record.measured[*output] && evidence.scale[*output] > 0.0;
+        Output::ALL.into_iter().filter(counts).count()
+    };
+    let records = evidence.records(Side::Fit);
+    let lengths = records.iter().flat_map(|record| {
+        let pieces = record.pieces().into_iter();
+        pieces.map(|piece| piece.len() * channels(record))
+    });
+    let most = records.iter().map(channels).max().unwrap_or(1);
+    let block = block_length(residual, &[0]).max(20 * most);
+    let edges: Vec<usize> = edges(lengths, block);
     let blocks = edges.len() - 1;
     let in_block = |direction: &Vec<f64>| -> Vec<f64> {
         edges
@@ -384,17 +394,14 @@ fn tests(
     Some(gains.iter().zip(&chance).zip(tried).map(one).collect())
 }
 
-/// Ends of blocks that no record's end lies inside.
-fn edges(len: usize, starts: &[usize], channels: usize, block: usize) -> Vec<usize> {
+/// Ends of blocks that no end of one of the pieces of these `lengths` lies inside.
+fn edges(lengths: impl IntoIterator<Item = usize>, block: usize) -> Vec<usize> {
     let mut edges = Vec::new();
-    let ends = starts
-        .iter()
-        .skip(1)
-        .map(|start| start * channels)
-        .chain([len]);
-    for (start, end) in starts.iter().map(|start| start * channels).zip(ends) {
-        edges.extend((start..end).step_by(block));
+    let mut start = 0;
+    for length in lengths {
+        edges.extend((start..start + length).step_by(block));
+        start += length;
     }
-    edges.push(len);
+    edges.push(start);
     edges
 }

@@ -57,7 +57,7 @@ mod tests {
     use crate::diagnose::statistics::simulated;
     use crate::evaluate::problem::{Data, Sample};
     use crate::model::effects::Effect;
-    use crate::model::{Input, Structure};
+    use crate::model::{Input, Outputs, Structure};
 
     #[test]
     fn what_a_known_sensor_adds_is_no_signal_of_the_valve() {
@@ -74,6 +74,7 @@ mod tests {
         };
         let mut series = Series {
             name: "run".into(),
+            measured: Outputs::all(true),
             samples: command.iter().zip(&time).map(sample).collect(),
             time,
         };

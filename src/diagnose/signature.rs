@@ -129,14 +129,14 @@ fn signatures(base: &Simulated, models: &[Simulated], records: &[Series]) -> Vec
         .iter()
         .map(|model| Compared::all(records, &model.trajectories))
         .collect();
-    let known = KnownRows::new(&compared);
-    let oscillation = models
-        .first()
-        .and_then(|model| oscillation(&base.model, &model.model, &known.time));
-    let mut signals = signals(known, structure);
-    signals.extend(oscillation);
     let mut all: Vec<(f64, Signature)> = Vec::new();
     for &output in &structure.observed {
+        let known = KnownRows::new(&Compared::measuring(&compared, output));
+        let oscillation = models
+            .first()
+            .and_then(|model| oscillation(&base.model, &model.model, &known.time));
+        let mut signals = signals(known, structure);
+        signals.extend(oscillation);
         let simulated = |compared: &[Compared]| -> Vec<f64> {
             let rows = compared.iter().flat_map(|one| one.rows(output));
             rows.map(|(_, _, simulated)| simulated).collect()

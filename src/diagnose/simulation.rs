@@ -5,6 +5,7 @@ use crate::evaluate::problem::Series;
 use crate::model::{Output, Outputs, Structure};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The outputs of every row of each record, in the order of [`Output::ALL`].
 pub type Trajectories = Vec<Vec<Outputs<f64>>>;
@@ -39,14 +40,22 @@ impl<'a> Compared<'a> {
             .collect()
     }
 
-    /// (command, measured, simulated) of an output in the rows that count.
+    /// Those of `compared` whose record measures `output`.
+    pub fn measuring(compared: &[Self], output: Output) -> Vec<Self> {
+        let mut measuring = compared.to_vec();
+        measuring.retain(|one| one.series.measured[output]);
+        measuring
+    }
+
+    /// (command, measured, simulated) of an output in the rows that count; none where the record does not measure it.
     pub fn rows(self, output: Output) -> impl Iterator<Item = (f64, f64, f64)> + Clone + 'a {
+        let measured = self.series.measured[output];
         let counted = self
             .series
             .samples
             .iter()
             .zip(self.simulated)
-            .filter(|(sample, _)| sample.weight > 0.0);
+            .filter(move |(sample, _)| measured && sample.weight > 0.0);
         counted.map(move |(sample, simulated)| {
             (
                 sample.input.command,
@@ -57,11 +66,21 @@ impl<'a> Compared<'a> {
     }
 }
 
-/// Measured less simulated `output` in the rows that count, one record after another.
+/// Measured less simulated `output` in the rows that count of the records that measure it, one after another.
 pub(super) fn residual(compared: &[Compared], output: Output) -> Vec<f64> {
     let rows = compared.iter().flat_map(|one| one.rows(output));
     rows.map(|(_, measured, simulated)| measured - simulated)
         .collect()
+}
+
+/// The same in the rows that count of all records, so that the channels of a row stand side by side: where a record does not
+/// measure `output` there is nothing between the two.
+pub(super) fn residual_in_all_rows(compared: &[Compared], output: Output) -> Vec<f64> {
+    let one = |one: &Compared| match one.series.measured[output] {
+        true => residual(&[*one], output),
+        false => vec![0.0; one.series.pieces().iter().map(Range::len).sum()],
+    };
+    compared.iter().flat_map(one).collect()
 }
 
 /// The error of every observed channel over the rows that count.

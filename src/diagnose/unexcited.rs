@@ -48,8 +48,8 @@ pub(super) fn set_by_held_out(
         data: held_out.clone(),
         ..problem.clone()
     };
-    let rows = held.rows() * held.structure.observed.len();
-    if flats.is_empty() || rows == 0 {
+    let values_held = held.values();
+    if flats.is_empty() || values_held == 0 {
         return (values.to_vec(), Vec::new());
     }
     let mut stoppable = Stoppable {
@@ -58,7 +58,7 @@ pub(super) fn set_by_held_out(
     };
     within_flats(
         &mut stoppable,
-        rows,
+        values_held,
         &problem.free(),
         values,
         flats,
@@ -127,7 +127,8 @@ impl Unexcited {
             let differs = |row: &usize| {
                 let apart = |&output: &Output| {
                     let change = low.simulated[*row][output] - high.simulated[*row][output];
-                    change * change * problem.scale[output] > 1.0
+                    let counts = low.series.measured[output];
+                    counts && change * change * problem.scale[output] > 1.0
                 };
                 low.series.samples[*row].weight > 0.0
                     && problem.structure.observed.iter().any(apart)

@@ -170,6 +170,19 @@ impl Problem {
         }
     }
 
+    /// How many measured values count: in every row those of the observed outputs that its record measures.
+    pub fn values(&self) -> usize {
+        let Data::Series(all) = &*self.data else {
+            return self.rows();
+        };
+        let of = |one: &Series| {
+            let counting = one.samples.iter().filter(|sample| sample.weight > 0.0);
+            let observed = self.structure.observed.iter();
+            counting.count() * observed.filter(|&&output| one.measured[output]).count()
+        };
+        all.iter().map(of).sum()
+    }
+
     /// Which outputs count: the observed ones.
     pub fn observed(&self) -> Outputs<bool> {
         Outputs::from_fn(|output| self.structure.observes(output))

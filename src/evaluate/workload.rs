@@ -5,7 +5,7 @@ use crate::evaluate::problem::{Data, Problem, Sample, Series};
 use crate::evaluate::simulation::simulate::outputs;
 use crate::model::effects::entry;
 use crate::model::valve::ValveForm;
-use crate::model::{Complete, Input, Output, ServoValve, Structure};
+use crate::model::{Complete, Input, Output, Outputs, ServoValve, Structure};
 
 /// The actuator alone, on `samples` rows at 1 kHz.
 pub fn actuator(samples: usize) -> Problem {
@@ -49,6 +49,7 @@ fn planted(structure: Structure, samples: usize) -> Problem {
     };
     let mut series = Series {
         name: "workload".into(),
+        measured: Outputs::all(true),
         time: (0..samples).map(|k| k as f64 * 1e-3).collect(),
         samples: (0..samples).map(sample).collect(),
     };

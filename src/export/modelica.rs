@@ -249,8 +249,9 @@ fn sampled(model: &Model, physics: &mut Physics) -> (String, String) {
          discrete Real acting_command(start = 0.0, fixed = true) \"The command as it acts\";\n  \
          // {}\n  discrete Real state[{count}](each start = 0.0, each fixed = true);\n  \
          discrete Real moved[{count}](each start = 0.0, each fixed = true);\n  \
-         discrete Real seen[3](each start = 0.0, each fixed = true);\n",
-        states.join(", ")
+         discrete Real seen[{outputs}](each start = 0.0, each fixed = true);\n",
+        states.join(", "),
+        outputs = Output::COUNT
     );
     let held: Vec<Input> = inputs(&model.structure, physics)
         .into_iter()

@@ -1,6 +1,7 @@
 //! A MATLAB script that gives Simscape's blocks the parameters of a model, and says what these blocks cannot represent.
 
 use super::Model;
+use crate::model::edges::edge_name;
 use crate::model::effects::Port;
 use crate::model::orifice::{CRITICAL_REYNOLDS, LAMINAR_RATIO, Transition};
 use crate::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
@@ -148,6 +149,8 @@ fn valve(model: &Model, form: &ValveForm) -> String {
         }
         // One table for all orifices cannot say what differs between the sides.
         AreaLaw::Signed(_) => {}
+        // Nor what differs between the edges.
+        AreaLaw::Edges => {}
     }
     put(
         "C_d",
@@ -268,6 +271,25 @@ fn missing(model: &Model) -> String {
              {openings:?}\n%   P-A and B-T [cm2] = {:?}\n%   P-B and A-T [cm2] = {:?}",
             side(1.0),
             side(-1.0)
+        ));
+    }
+    if let Some(AreaLaw::Edges) = structure.valve().map(|form| &form.area) {
+        let edges: Vec<String> = (0..4)
+            .map(|number| {
+                let of = |what: &str| value(model, &edge_name(number, what));
+                format!(
+                    "\n%   position {:?}, clearance {:?}, radius {:?}",
+                    of("position"),
+                    of("clearance"),
+                    of("radius")
+                )
+            })
+            .collect();
+        list.push(format!(
+            "the four metering edges (use an orifice block with a table for each path): area max_area = {:?} cm2 at 100 %, and of \
+             P-A, A-T, P-B and B-T in %{}",
+            value(model, "max_area"),
+            edges.concat()
         ));
     }
     if let Some(Orifices::Six) = structure.valve().map(|form| form.orifices) {

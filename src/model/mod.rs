@@ -4,6 +4,7 @@ pub mod actuator;
 pub mod base;
 mod complete;
 pub mod declare;
+pub mod edges;
 pub mod effects;
 #[doc(hidden)]
 pub mod exact_step;

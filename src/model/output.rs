@@ -37,11 +37,27 @@ outputs! {
     Spool => "spool",
     /// Flow, L/min.
     Flow => "flow",
+    /// Flow from port T while A and B are blocked, L/min.
+    ReturnFlow => "return_flow",
+    /// Pressure at port A while it is blocked, bar.
+    PressureA => "pressure_a",
+    /// Pressure at port B while it is blocked, bar.
+    PressureB => "pressure_b",
+    /// Pressure at port A less that at port B while both are blocked, bar.
+    LoadPressure => "load_pressure",
     /// Piston position, mm.
     Position => "position",
 }
 
-const _: () = assert!(Output::COUNT == Channel::RESPONSES.len());
+impl Output {
+    /// Whether it is measured while the ports A and B are blocked.
+    pub fn is_of_blocked_ports(self) -> bool {
+        match self {
+            Self::ReturnFlow | Self::PressureA | Self::PressureB | Self::LoadPressure => true,
+            Self::Spool | Self::Flow | Self::Position => false,
+        }
+    }
+}
 
 /// One value for each [`Output`].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

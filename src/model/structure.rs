@@ -6,7 +6,7 @@ use super::base::{Base, BaseEquations, BaseModel, ServoValve};
 use super::declare::Listing;
 use super::effects::{Effect, Port, Scale};
 use super::free_form::FreeForm;
-use super::valve::{Drop, ValveForm};
+use super::valve::{AreaLaw, Drop, ValveForm};
 use super::{Output, Outputs, Parameter};
 use crate::record::Channel;
 use serde::{Deserialize, Serialize};
@@ -149,6 +149,24 @@ impl Structure {
     /// Whether `output` is observed.
     pub fn observes(&self, output: Output) -> bool {
         self.observed.contains(&output)
+    }
+
+    /// Whether anything that is observed follows from the flow of a valve.
+    pub(crate) fn shows_a_flow(&self) -> bool {
+        let mut observed = self.observed.iter();
+        observed.any(|&output| self.follows_flow(output))
+    }
+
+    /// Whether its valve has edges of their own: see [`AreaLaw::Edges`].
+    pub(crate) fn has_edges(&self) -> bool {
+        self.valve()
+            .is_some_and(|valve| valve.area == AreaLaw::Edges)
+    }
+
+    /// Whether an output is observed while the ports A and B are blocked.
+    pub fn observes_blocked_ports(&self) -> bool {
+        let mut observed = self.observed.iter();
+        observed.any(|output| output.is_of_blocked_ports())
     }
 
     /// What the base model consists of, in words.

@@ -1,6 +1,7 @@
 //! The four-way valve: paper eq. 2-3 and Simscape's "4-Way Directional Valve".
 
 use super::declare::{Declare, Listing};
+use super::edges::{Blocked, Edges};
 use super::orifice::{Orifice, Transition};
 use super::{Input, Parameter, Real};
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,9 @@ pub enum AreaLaw {
     /// Linear interpolation between a signed area at each of these openings, which are below zero on one side: above zero it
     /// is that of P-A and B-T, below zero that of P-B and A-T. What is measured on both sides need not be the same on both.
     Signed(Vec<f64>),
+    /// As [`AreaLaw::Linear`] far from null, and near it as the position, clearance and radius of each of the four edges make
+    /// it: see [`edges`](super::edges). What tests with blocked ports show.
+    Edges,
 }
 
 /// How many orifices the valve has.
@@ -191,6 +195,7 @@ enum Areas<R> {
     Linear {
         max: R,
     },
+    Edges(Edges<R>),
     /// The first area, then slope, start and width of every segment.
     Table {
         first: R,
@@ -229,7 +234,19 @@ impl<R: Real> Valve<R> {
         let offset = take(&|| linear("opening_offset", "%", -20.0, 0.0, 20.0).fixed());
         let rated_drop = (form.drop == Drop::Rated)
             .then(|| take(&|| linear(RATED_DROP, "bar", 1.0, 10.0, 400.0).fixed()));
+        let orifice = Orifice::new(form.transition, discharge, density, viscosity);
         let areas = match &form.area {
+            AreaLaw::Edges => {
+                let max = take(&|| Parameter::log(MAX_AREA, "cm2", 1e-4, 1.0, 100.0));
+                let coefficient = discharge * (R::constant(2.0) / density).sqrt();
+                let dynamic = density * viscosity;
+                Areas::Edges(Edges::new(
+                    max * square_metres,
+                    coefficient,
+                    dynamic,
+                    parameters,
+                ))
+            }
             AreaLaw::Linear => {
                 let max = take(&|| Parameter::log(MAX_AREA, "cm2", 1e-4, 1.0, 100.0));
                 Areas::Linear {
@@ -269,7 +286,7 @@ impl<R: Real> Valve<R> {
             }
         };
         Self {
-            orifice: Orifice::new(form.transition, discharge, density, viscosity),
+            orifice,
             areas,
             leakage,
             offset,
@@ -300,6 +317,8 @@ impl<R: Real> Valve<R> {
     fn curve(&self, opening: R) -> R {
         let zero = R::constant(0.0);
         match &self.areas {
+            // Their flows follow from pressures and opening together.
+            Areas::Edges(_) => zero,
             Areas::Linear { max } => {
                 *max * (opening * R::constant(0.01)).clamp(zero, R::constant(1.0))
             }
@@ -319,6 +338,9 @@ impl<R: Real> Valve<R> {
     /// The flows for spool position `x` in % of full scale: P-A and B-T open with x, P-B and A-T with −x (eq. 3).
     #[inline(always)]
     pub fn orifice_flows(&self, x: R, pressures: &Pressures<R>) -> OrificeFlows<R> {
+        if let Areas::Edges(edges) = &self.areas {
+            return edges.flows(self.offset + x, pressures);
+        }
         let pascal = R::constant(PASCAL_PER_BAR);
         let litres = R::constant(LITRES_PER_MINUTE);
         let (p, t) = (pressures.supply * pascal, pressures.tank * pascal);
@@ -371,6 +393,29 @@ impl<R: Real> Valve<R> {
     /// The same from the pressures of supply and tank, and of the ports where they are measured.
     #[inline(always)]
     pub fn flow_from(&self, x: R, supplied: &Pressures<R>) -> R {
+        let flows = self.flows_from(x, supplied);
+        match self.meter {
+            Meter::Load => flows.load(),
+            Meter::Supply => flows.supply(),
+        }
+    }
+
+    /// Pressures and return flow where A and B are blocked; `None` of a valve without edges, in whose closed lands nothing moves.
+    #[inline(always)]
+    pub fn blocked(&self, x: R, supplied: &Pressures<R>) -> Option<Blocked<R>> {
+        match &self.areas {
+            Areas::Edges(edges) => {
+                Some(edges.blocked(self.offset + x, supplied.supply, supplied.tank))
+            }
+            _ => None,
+        }
+    }
+
+    #[inline(always)]
+    fn flows_from(&self, x: R, supplied: &Pressures<R>) -> OrificeFlows<R> {
+        if let (Areas::Edges(edges), Drop::Rated | Drop::Supply) = (&self.areas, self.drop) {
+            return edges.connected_flows(self.offset + x, supplied.supply, supplied.tank);
+        }
         let pressures = match self.drop {
             Drop::Ports => *supplied,
             Drop::Rated | Drop::Supply => {
@@ -382,11 +427,7 @@ impl<R: Real> Valve<R> {
                 }
             }
         };
-        let flows = self.orifice_flows(x, &pressures);
-        match self.meter {
-            Meter::Load => flows.load(),
-            Meter::Supply => flows.supply(),
-        }
+        self.orifice_flows(x, &pressures)
     }
 }
 

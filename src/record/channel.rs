@@ -19,7 +19,8 @@ macro_rules! channels {
             /// Every channel, in the order of a record's columns.
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$Name),+];
 
-            /// The channels that a model is fitted to.
+            /// The channels that are always what a model is fitted to. The pressures at A and B are as well where these ports are
+            /// blocked: see [`Record::responses`](super::Record::responses).
             pub const RESPONSES: [Self; [$($(stringify!($response),)?)+].len()] =
                 [$($(channels!(@$response $Name),)?)+];
 
@@ -44,6 +45,8 @@ channels! {
     Spool => "spool", Signal, response;
     /// The flow through the valve in L/min.
     Flow => "flow", Flow, response;
+    /// The flow from port T in L/min, while the ports A and B are blocked.
+    ReturnFlow => "return_flow", Flow, response;
     /// The pressure at port P in bar.
     SupplyPressure => "supply_pressure", Pressure;
     /// The pressure at port T in bar.
@@ -52,6 +55,8 @@ channels! {
     PressureA => "pressure_a", Pressure;
     /// The pressure at port B in bar.
     PressureB => "pressure_b", Pressure;
+    /// The pressure at port A less that at port B in bar, while both are blocked.
+    LoadPressure => "load_pressure", Pressure, response;
     /// The position of the driven cylinder in mm.
     Position => "position", Length, response;
     /// The oil's temperature in degC.

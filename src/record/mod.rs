@@ -1,5 +1,6 @@
 //! Measurements: records in time and datasheet curves, with channels, units and checks, from CSV, Excel and MAT files.
 
+mod blocked;
 pub mod cases;
 mod channel;
 mod column;
@@ -32,7 +33,7 @@ pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
 pub use unit::{Quantity, Unit};
 pub use wiring::Direction;
-pub(crate) use wiring::ends;
+pub(crate) use wiring::{ends, reversals};
 
 use crate::input::sha256;
 use crate::{Error, Result};
@@ -400,16 +401,18 @@ impl Record {
         ))
     }
 
-    /// Refuses a record of none of [`Channel::RESPONSES`], to which no model can be fitted.
+    /// Refuses a record of no [responses](Self::responses), to which no model can be fitted, and one of two tests at once.
     ///
     /// Reading does not ask for this: a simulation needs the command alone. Whoever identifies calls it.
     ///
     /// # Errors
     /// None of them is there, or one is so large or small that no valve has it.
     pub fn check_response(&self) -> Result<()> {
+        self.check_one_test()?;
+        let answers = self.responses();
         let responses = self
             .channels()
-            .filter(|(channel, _)| Channel::RESPONSES.contains(channel));
+            .filter(|(channel, _)| answers.contains(channel));
         let mut checked = responses
             .map(|(channel, series)| self.check_size(channel, series))
             .peekable();

@@ -28,6 +28,9 @@ const FOLLOWS: f64 = 0.9;
 /// A record has about so many speeds.
 const SPEEDS: usize = 1000;
 
+/// A command has turned when it has gone back by this share of its range.
+const TURN: f64 = 0.05;
+
 /// Correlations beyond this tell a direction.
 const CLEAR: f64 = 0.7;
 /// A meter without a sign shows nothing below zero but this share of its largest value.
@@ -226,6 +229,29 @@ pub(crate) fn ends(values: &[f64]) -> (f64, f64) {
     let (low, high) = (f64::INFINITY, f64::NEG_INFINITY);
     let wider = |(low, high): (f64, f64), &value: &f64| (low.min(value), high.max(value));
     values.iter().fold((low, high), wider)
+}
+
+/// The first row, those in which the command turns, and the number of rows.
+pub(crate) fn reversals(command: &[f64]) -> Vec<usize> {
+    let (low, high) = ends(command);
+    let turn = TURN * (high - low);
+    let mut found = vec![0];
+    // The row of the extreme so far, and whether the command has risen to it.
+    let (mut extreme, mut rising) = (0, None);
+    for (row, &value) in command.iter().enumerate() {
+        let moved = value - command[extreme];
+        let onwards = rising.is_some_and(|rising| (moved > 0.0) == rising) && moved != 0.0;
+        if onwards {
+            extreme = row;
+        } else if moved.abs() > turn {
+            if rising.is_some() {
+                found.push(extreme);
+            }
+            (extreme, rising) = (row, Some(moved > 0.0));
+        }
+    }
+    found.push(command.len());
+    found
 }
 
 fn goes_both_ways(command: &[f64]) -> bool {

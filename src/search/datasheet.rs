@@ -113,6 +113,7 @@ impl Sheet {
         let time = curve.opening.iter().map(|opening| opening / 10.0).collect();
         let mut series = Series {
             name: curve.name.clone(),
+            measured: Outputs::all(true),
             time,
             samples,
         };
@@ -311,6 +312,7 @@ fn flow_of_unit_area(structure: &Structure, parameters: &[Parameter]) -> f64 {
     };
     let record = Series {
         name: String::new(),
+        measured: Outputs::all(true),
         time: vec![0.0],
         samples: vec![sample],
     };

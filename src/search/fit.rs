@@ -340,7 +340,8 @@ fn inflation(problem: &Problem, free: &[f64]) -> f64 {
     let observed = problem.observed();
     let mut stretches: Vec<Vec<f64>> = Vec::new();
     for (record, outputs) in records.iter().zip(&outputs) {
-        for i in Output::ALL.into_iter().filter(|&i| observed[i]) {
+        let counts = |output: &Output| observed[*output] && record.measured[*output];
+        for i in Output::ALL.into_iter().filter(counts) {
             let rows = record
                 .samples
                 .iter()
@@ -383,6 +384,7 @@ mod tests {
         let samples = time.iter().map(sample).collect();
         let mut series = Series {
             name: "run".into(),
+            measured: Outputs::all(true),
             time,
             samples,
         };

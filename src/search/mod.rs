@@ -8,6 +8,7 @@ mod bees;
 pub mod datasheet;
 mod fit;
 pub mod fitted_sheet;
+mod hop;
 mod lockstep;
 pub mod polish;
 
@@ -15,4 +16,5 @@ pub use ask_and_tell::{Method, Search, Start};
 pub use bees::{Bees, Moves, Neighbourhood, Settings, Variant};
 pub use fit::{Fit, Plan, SearchResult, fit, fit_all, refine};
 pub(crate) use fit::{Stoppable, polish_on_data};
+pub use hop::fit_and_hop;
 pub use lockstep::{RunningSearch, run_in_lockstep};

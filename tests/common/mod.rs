@@ -9,7 +9,7 @@ use servobee::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Sample, Series, Str
 use servobee::evaluate::simulate::{SLICE, outputs, response};
 use servobee::evaluate::{Population, Problem};
 use servobee::model::orifice::Transition;
-use servobee::model::valve::{Drop, Meter, Orifices, ValveForm};
+use servobee::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
 use servobee::model::{
     Complete, Drive, Hold, Initial, Input, Output, Outputs, Parameter, Piston, Plant, Polarity,
     Scale, ServoValve, Structure,
@@ -203,6 +203,11 @@ pub(crate) fn problem(
         });
         let mut one = Series {
             name: format!("record {number}"),
+            // Ports are open in one test and blocked in the next.
+            measured: Outputs::from_fn(|output| {
+                !structure.observes_blocked_ports()
+                    || output.is_of_blocked_ports() == (number % 2 == 1)
+            }),
             time: record.time,
             samples: samples.collect(),
         };
@@ -226,7 +231,9 @@ pub(crate) fn problem(
                     sample.target[i] = 0.9 * row[i] + 0.1 * peaks[i];
                 }
                 let error = sample.target[i] - row[i];
-                squares[i] += sample.weight * error * error;
+                if one.measured[i] {
+                    squares[i] += sample.weight * error * error;
+                }
             }
         }
         all.push(one);
@@ -297,6 +304,24 @@ const TABLE: [(&str, f64); 8] = [
     ("area_4", 1.5),
     ("area_5", 1.8),
     ("area_6", 2.0),
+];
+
+const EDGES: [(&str, f64); 15] = [
+    ("max_area", 1.5),
+    ("opening_offset", 0.1),
+    ("edge_pa_position", 0.8),
+    ("edge_pa_clearance", 0.6),
+    ("edge_pa_radius", 0.4),
+    ("edge_at_position", -0.4),
+    ("edge_at_clearance", 0.5),
+    ("edge_at_radius", 0.6),
+    ("edge_pb_position", 1.2),
+    ("edge_pb_clearance", 0.4),
+    ("edge_pb_radius", 0.2),
+    ("edge_bt_position", 0.2),
+    ("edge_bt_clearance", 0.6),
+    ("edge_bt_radius", 0.4),
+    ("pilot_flow", 0.3),
 ];
 
 const SIDES: [f64; 6] = [-100.0, -50.0, -10.0, 10.0, 60.0, 100.0];
@@ -416,6 +441,31 @@ pub(crate) fn cases() -> Vec<Case> {
             &[&LINEAR],
             vec![bench()],
         ),
+        {
+            let structure = Structure {
+                observed: vec![
+                    Output::Flow,
+                    Output::ReturnFlow,
+                    Output::PressureA,
+                    Output::PressureB,
+                    Output::LoadPressure,
+                ],
+                ..Structure::flow_bench(ValveForm {
+                    area: AreaLaw::Edges,
+                    ..with_drop(Drop::Supply)
+                })
+            };
+            // Near null, where the edges are.
+            let records = vec![Record::new(300, 2e-3, 10.0), Record::new(300, 2e-3, 5.0)];
+            let mut case = case(
+                "four edges, open and blocked",
+                structure,
+                &[&EDGES],
+                records,
+            );
+            case.idle = &["leakage_area"];
+            case
+        },
         wide("actuator, default bounds", actuator(), &[&ACTUATOR]),
         case(
             "linear valve, rated drop",
@@ -494,7 +544,10 @@ pub(crate) fn cases() -> Vec<Case> {
             "spool, flow and integrated position, interpolated",
             Structure {
                 hold: Hold::Interpolated,
-                ..driven(&Output::ALL, with_drop(Drop::Supply))
+                ..driven(
+                    &[Output::Spool, Output::Flow, Output::Position],
+                    with_drop(Drop::Supply),
+                )
             },
             &[&ACTUATOR, &LINEAR, &position],
             vec![short()],

@@ -2,6 +2,7 @@
 //! slow cycles, from responses to sines and other rich commands, and from steps.
 
 mod accuracy;
+mod blocked;
 mod frequency;
 mod reading;
 mod step;
@@ -16,6 +17,7 @@ use crate::model::{Hold, Structure};
 use crate::record::{Channel, Record};
 pub use accuracy::Accuracy;
 use accuracy::{PRESSURES, Sensors};
+use blocked::Blocked;
 use frequency::Empirical;
 pub use reading::Reading;
 use reading::short;
@@ -35,6 +37,7 @@ pub struct Measured {
     conditions: &'static str,
     responses: Vec<Result<Empirical, String>>,
     steps: Result<Steps, String>,
+    blocked: Blocked,
     sensors: Sensors,
 }
 
@@ -85,6 +88,7 @@ impl Measured {
             },
             responses: responses.collect(),
             steps: Steps::of(&moving, full),
+            blocked: Blocked::of(records, full),
             sensors: Sensors {
                 output: accuracy.of(output),
                 command: accuracy.of(Channel::Command),
@@ -112,7 +116,8 @@ impl Measured {
     /// A figure, or why these records do not show it.
     pub(super) fn read(&self, figure: &Definition, hold: Hold) -> Result<Reading, String> {
         match figure.source {
-            Source::Leakage => Err("no test of leakage is in the records".into()),
+            Source::PressureGain => self.blocked.gain.clone(),
+            Source::Leakage => self.blocked.leakage.clone(),
             Source::Cycle(own) => {
                 if self.output != Channel::Flow && matches!(figure.needs, Needs::Valve(_)) {
                     return Err("no flow was measured".into());

@@ -80,7 +80,7 @@ pub(super) struct Signature {
 /// The structure that effects are shown on: spool, flow and position of a piston.
 pub(super) fn bench() -> Structure {
     Structure {
-        observed: Output::ALL.into(),
+        observed: vec![Output::Spool, Output::Flow, Output::Position],
         base: ServoValve::with(ValveForm::linear()).into(),
         ..Structure::actuator(FULL_SCALE, "V")
     }

@@ -24,7 +24,7 @@ fn model_toml(identified: &Identified) -> String {
     ModelFile::to_toml(&problem.structure, &problem.parameters, &after.values)
 }
 
-/// Every row of every record: measured, simulated before, simulated after.
+/// Every row of every record: measured, simulated before, simulated after; empty where the record does not measure it.
 fn residual_csv(identified: &Identified) -> String {
     let (before, after) = (&identified.before, &identified.after);
     let structure = &after.problem.structure;
@@ -51,6 +51,10 @@ fn residual_csv(identified: &Identified) -> String {
                 }
                 text += &format!("{name},{side},{}", series.time[row]);
                 for &output in &structure.observed {
+                    if !series.measured[output] {
+                        text += ",,,";
+                        continue;
+                    }
                     let (measured, old, new) = (
                         sample.target[output],
                         old.simulated[row][output],

@@ -50,6 +50,8 @@ pub struct Series {
     pub name: String,
     /// Time of each row, s.
     pub time: Vec<f64>,
+    /// Which outputs it measures: what a model gives for the others is compared with nothing.
+    pub measured: Outputs<bool>,
     /// The rows.
     pub samples: Vec<Sample>,
 }
@@ -250,6 +252,7 @@ mod tests {
         let of = |weights: &[f64]| Series {
             name: String::new(),
             time: (0..weights.len()).map(|k| k as f64).collect(),
+            measured: Outputs::all(true),
             samples: weights.iter().map(sample).collect(),
         };
         let series = of(&[0.0, 1.0, 2.0, 0.0, 0.0, 1.0]);

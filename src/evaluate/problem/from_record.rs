@@ -1,7 +1,7 @@
 //! From a record to a series: which channels a structure needs, and in which units.
 
 use crate::evaluate::problem::{Sample, Series};
-use crate::model::{Input, Outputs, Structure};
+use crate::model::{Input, Output, Outputs, Structure};
 use crate::record::{Channel, Record};
 use crate::{Error, Result};
 
@@ -12,8 +12,20 @@ impl Series {
     /// A channel that the structure observes or is driven by is missing; command, spool or position are in another
     /// unit than the structure's.
     pub fn from_record(record: &Record, structure: &Structure) -> Result<Self> {
-        for &output in &structure.observed {
-            require(record, output.channel(), "the model observes it")?;
+        let responses = record.responses();
+        let blocked = record.has_blocked_ports();
+        let wanted = |output: &&Output| output.is_of_blocked_ports() == blocked;
+        let observed: Vec<&Output> = structure.observed.iter().filter(wanted).collect();
+        let is_there = |output: &&Output| responses.contains(&output.channel());
+        // Pressures and leakage at blocked ports are often two tests.
+        let missing = match blocked && observed.iter().any(&is_there) {
+            true => None,
+            false => observed.iter().find(|output| !is_there(output)),
+        };
+        match missing {
+            Some(output) => require(record, output.channel(), "the model observes it")?,
+            None if observed.is_empty() => return Err(other_test(record)),
+            None => {}
         }
         Self::to_simulate(record, structure)
     }
@@ -25,18 +37,35 @@ impl Series {
     /// As [`Series::from_record`], but for the observed channels.
     pub fn to_simulate(record: &Record, structure: &Structure) -> Result<Self> {
         check_units(record, structure)?;
-        for &channel in structure.driven_by() {
+        let answers = |channel: &&Channel| {
+            structure.observes_blocked_ports()
+                && record.has_blocked_ports()
+                && **channel != Channel::SupplyPressure
+        };
+        for &channel in structure
+            .driven_by()
+            .iter()
+            .filter(|channel| !answers(channel))
+        {
             require(record, channel, "the model's flow follows from it")?;
         }
         let column = |channel| record.get(channel).map(|series| series.values.as_slice());
         let time = record.time();
+        let responses = record.responses();
         let targets = Outputs::from_fn(|output| {
-            column(output.channel()).filter(|_| structure.observes(output))
+            let answers = structure.observes(output) && responses.contains(&output.channel());
+            column(output.channel()).filter(|_| answers)
         });
+        // What answers does not drive.
+        let driving =
+            |channel| match structure.observes_blocked_ports() && responses.contains(&channel) {
+                true => None,
+                false => column(channel),
+            };
         let sample = |row: usize| {
             let at = |values: Option<&[f64]>| values.map_or(0.0, |values| values[row]);
             Sample {
-                input: Input::from_channels(|channel| at(column(channel)), time[row] - time[0]),
+                input: Input::from_channels(|channel| at(driving(channel)), time[row] - time[0]),
                 target: Outputs(targets.0.map(at)),
                 weight: 1.0,
                 ..Sample::default()
@@ -45,6 +74,7 @@ impl Series {
         Ok(Self {
             name: record.name.clone(),
             time: record.time().to_vec(),
+            measured: Outputs(targets.0.map(|target| target.is_some())),
             samples: (0..record.samples()).map(sample).collect(),
         })
     }
@@ -62,6 +92,19 @@ fn require(record: &Record, channel: Channel, why: &str) -> Result<()> {
             "add the column, name it with --map \"COLUMN={channel} [UNIT]\", or change the model's [structure]"
         ),
     ))
+}
+
+/// That nothing of what the model observes can be measured in the test that `record` is of.
+fn other_test(record: &Record) -> Error {
+    let (own, other) = match record.has_blocked_ports() {
+        true => ("blocked", "open"),
+        false => ("open", "blocked"),
+    };
+    Error::input(
+        &record.path,
+        format!("is of a test with {own} ports, and the model observes what {other} ports show"),
+        "fit records of both tests, or change the model's [structure]",
+    )
 }
 
 fn check_units(record: &Record, structure: &Structure) -> Result<()> {

@@ -186,7 +186,7 @@ fn pass_in_time<R, const N: usize, V: View>(
         let sample = &record.samples[k];
         for output in Output::ALL {
             let factor = (sample.weight * problem.scale[output]).sqrt();
-            if observed[output] && factor > 0.0 {
+            if observed[output] && record.measured[output] && factor > 0.0 {
                 let mut error = Number::constant(sample.target[output]) - outputs[output];
                 if let Some((loss, sizes)) = loss
                     && error.value != 0.0

@@ -230,7 +230,9 @@ impl<'a, R: Real> Squares<'a, R> {
         let zero = Outputs::all(R::constant(0.0));
         Self {
             record,
-            observed: Outputs::from_fn(|output| structure.observes(output)),
+            observed: Outputs::from_fn(|output| {
+                structure.observes(output) && record.measured[output]
+            }),
             loss,
             chunk: zero,
             slice: zero,

@@ -138,11 +138,12 @@ impl Series {
 mod tests {
     use super::*;
     use crate::evaluate::problem::Sample;
-    use crate::model::Input;
+    use crate::model::{Input, Outputs};
 
     fn series(time: &[f64]) -> Series {
         let mut series = Series {
             name: "rows".into(),
+            measured: Outputs::all(true),
             time: time.to_vec(),
             samples: time
                 .iter()

@@ -18,7 +18,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::has_a_valve,
+    applies: entry::shows_its_area,
     outputs: None,
     view: None,
     frequency: None,

@@ -32,7 +32,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &["filled"],
     neutral: &[("compressibility", 0.0)],
-    applies: entry::has_a_valve,
+    applies: entry::shows_a_flow,
     outputs: Some(entry::flow_outputs),
     view: Some(View::new(Excitation::Chirp, Over::OutputRate, Values::Trial(1))),
     frequency: None,

@@ -158,6 +158,26 @@ pub(super) fn has_a_valve(structure: &Structure) -> bool {
     structure.has(Port::Area)
 }
 
+/// A valve whose area over the opening shows: near null that of four edges is their own.
+pub(super) fn shows_its_area(structure: &Structure) -> bool {
+    has_a_valve(structure) && (!structure.has_edges() || shows_a_flow(structure))
+}
+
+/// A valve whose lands close together, where no edge has a position of its own.
+pub(super) fn has_lands(structure: &Structure) -> bool {
+    has_a_valve(structure) && !structure.has_edges()
+}
+
+/// A valve whose flow is measured; what leaks near null is that of its edges where it has such.
+pub(super) fn leaks_into_the_flow(structure: &Structure) -> bool {
+    has_lands(structure) && shows_a_flow(structure)
+}
+
+/// A valve whose flow is measured, or moves what is.
+pub(super) fn shows_a_flow(structure: &Structure) -> bool {
+    has_a_valve(structure) && structure.shows_a_flow()
+}
+
 pub(super) fn any_output(_: &Structure, _: Output) -> bool {
     true
 }

@@ -46,7 +46,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::has_a_valve,
+    applies: entry::leaks_into_the_flow,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(2))),
     frequency: None,

@@ -40,7 +40,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &["column", "column_rate"],
     neutral: &[("line_share", 0.0)],
-    applies: entry::has_a_valve,
+    applies: entry::shows_a_flow,
     outputs: Some(entry::flow_outputs),
     view: Some(View::new(Excitation::Step { seconds: 0.4 }, Over::Time, Values::Trial(1))),
     frequency: Some("line_frequency"),

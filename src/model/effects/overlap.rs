@@ -19,7 +19,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::has_a_valve,
+    applies: entry::has_lands,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(3))),
     frequency: None,

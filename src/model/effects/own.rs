@@ -129,7 +129,7 @@ fn names(parameters: Vec<Parameter>) -> Vec<String> {
 /// A structure with every part that has states, and with every effect of the catalogue.
 fn everything() -> Structure {
     let bare = Structure {
-        observed: Output::ALL.to_vec(),
+        observed: vec![Output::Spool, Output::Flow, Output::Position],
         initial: Initial::Free,
         base: ServoValve {
             spool_unit: Some("%".into()),

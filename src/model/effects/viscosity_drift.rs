@@ -35,7 +35,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::has_a_valve,
+    applies: entry::shows_a_flow,
     outputs: None,
     view: Some(View::new(view::triangle(9.0, 2.0, 4), Over::Time, Values::Trial(0))),
     frequency: None,

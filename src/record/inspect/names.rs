@@ -7,6 +7,8 @@ use crate::record::{Channel, Quantity};
 /// How surely a word names a target; a command of the position is a command, the position of a spool a spool.
 const NAMES_A_COMMAND: u8 = 9;
 const NAMES_THE_SPOOL: u8 = 8;
+/// A flow that returns to the tank is no flow through the load.
+const NAMES_A_RETURN: u8 = 8;
 const NAMES: u8 = 7;
 const MEASURED: u8 = 6;
 /// A letter that stands for the quantity in formulas, if nothing else is in the name.
@@ -149,10 +151,26 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
             ),
             Channel::Spool => (&["spool", "lvdt", "xv", "schieber"], &["x", "y", "x v"]),
             Channel::Flow => (&["flow", "flowrate", "durchfluss"], &["q", "qv", "q v"]),
+            Channel::ReturnFlow => (
+                &[
+                    "return flow",
+                    "flow return",
+                    "tank flow",
+                    "flow t",
+                    "leakage",
+                    "leak",
+                    "leckage",
+                ],
+                &["qt", "q t", "q return", "q tank"],
+            ),
             Channel::SupplyPressure => (&["supply", "psupply"], &["ps", "p s", "pp", "p p"]),
             Channel::ReturnPressure => (&["return", "tank", "ptank"], &["pt", "p t", "pr", "p r"]),
             Channel::PressureA => (&[], &["pa", "p a", "p1", "p 1", "pressure a", "pressure 1"]),
             Channel::PressureB => (&[], &["pb", "p b", "p2", "p 2", "pressure b", "pressure 2"]),
+            Channel::LoadPressure => (
+                &["load pressure", "pressure load", "lastdruck"],
+                &["pl", "p l", "p load", "pa pb", "p a p b", "pab"],
+            ),
             Channel::Position => (
                 &[
                     "position",
@@ -175,12 +193,19 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
     let certainty = match target {
         Target::Channel(Channel::Command) => NAMES_A_COMMAND,
         Target::Channel(Channel::Spool) => NAMES_THE_SPOOL,
+        Target::Channel(Channel::ReturnFlow) => NAMES_A_RETURN,
         _ => NAMES,
     };
-    let named = |names: &[&str]| words.iter().find(|word| names.contains(&word.as_str()));
     let phrase = words.join(" ");
+    // Some names are of several words.
+    let spaced = format!(" {phrase} ");
+    let named = |names: &[&str]| {
+        let mut names = names.iter();
+        let name = names.find(|name| spaced.contains(&format!(" {name} ")))?;
+        Some((*name).to_owned())
+    };
     if let Some(word) = named(names) {
-        return Some((certainty, word.clone()));
+        return Some((certainty, word));
     }
     if symbols.contains(&phrase.as_str()) {
         return Some((SYMBOL, phrase));
@@ -198,7 +223,7 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
         ),
         _ => return None,
     };
-    named(generic.1).map(|word| (generic.0, word.clone()))
+    named(generic.1).map(|word| (generic.0, word))
 }
 
 #[cfg(test)]
@@ -230,6 +255,12 @@ mod tests {
             ("pS", "supply_pressure [?]"),
             ("ps", "supply_pressure [?]"),
             ("p_tank_psi", "return_pressure [psi]"),
+            ("return flow (l/min)", "return_flow [l/min]"),
+            ("internal_leakage_lpm", "return_flow [lpm]"),
+            ("Q_T", "return_flow [?]"),
+            ("p_return", "return_pressure [?]"),
+            ("load pressure [bar]", "load_pressure [bar]"),
+            ("pA-pB", "load_pressure [?]"),
             ("T_oil", "temperature [?]"),
             ("T [°C]", "temperature [°C]"),
             ("force_N", ""),

@@ -12,10 +12,9 @@ use maud::{Markup, html};
 /// The search's best cost over the generations, and the held-out error as effects were added.
 pub(super) fn of(identified: &Identified) -> Markup {
     let search = &identified.search;
-    let channels = identified.before.problem.structure.observed.len();
-    let rows = (identified.before.problem.rows() * channels).max(1) as f64;
+    let values = identified.before.problem.values().max(1) as f64;
     // Each channel is in units of its own deviation there.
-    let error = |cost: f64| 100.0 * (cost / rows).sqrt();
+    let error = |cost: f64| 100.0 * (cost / values).sqrt();
     let searched = panel(
         "The search on the base model",
         search,

@@ -73,7 +73,10 @@ impl Rows {
 
     /// Appends the rows of a record, whose sides may take turns.
     fn append(&mut self, sides: &[&Side], output: Output) {
-        let pieces = sides.iter().flat_map(|&side| {
+        let measuring = sides
+            .iter()
+            .filter(|side| side.before.series.measured[output]);
+        let pieces = measuring.flat_map(|&side| {
             let rows = side.before.series.pieces();
             rows.into_iter().map(move |rows| (side, rows))
         });

@@ -113,7 +113,7 @@ impl ModelFile {
         let of_flow = structure
             .observed
             .iter()
-            .filter(|&&output| structure.follows_flow(output))
+            .filter(|&&output| structure.follows_flow(output) || output.is_of_blocked_ports())
             .map(|output| output.name().into());
         match (structure.valve(), structure.needs_valve()) {
             (None, true) => refuse(
@@ -126,10 +126,19 @@ impl ModelFile {
             ),
             (Some(_), false) => refuse(
                 &["valve"],
-                "there is a valve, but nothing that is observed follows from its flow".into(),
+                "there is a valve, but nothing that is observed follows from it".into(),
                 "delete [structure.valve], or observe flow",
             ),
             (Some(valve), true) => match &valve.area {
+                AreaLaw::Linear | AreaLaw::Table(_) | AreaLaw::Signed(_)
+                    if structure.observes_blocked_ports() =>
+                {
+                    refuse(
+                        &["valve", "area"],
+                        "what blocked ports show follows from the edges of the valve".into(),
+                        "give area = \"edges\"",
+                    )
+                }
                 AreaLaw::Table(openings) | AreaLaw::Signed(openings)
                     if openings.len() > MOST_POINTS =>
                 {

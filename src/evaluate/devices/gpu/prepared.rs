@@ -10,7 +10,7 @@ use super::resident::{Records, Resident, Rows, rows_of};
 use super::submitter::{Dispatch, Submitter};
 use crate::evaluate::population::{Cost, Status};
 use crate::evaluate::problem::{Data, Series};
-use crate::evaluate::simulation::simulate::CHUNK;
+use crate::evaluate::simulation::simulate::{CHUNK, SLICE};
 use crate::model::Outputs;
 use std::iter;
 use std::ops::Range;
@@ -212,11 +212,17 @@ impl Prepared<'_> {
             let results = results[candidate..].iter().step_by(count);
             let mut results = results.map(|&result| f64::from(result));
             Cost::finished(match &*problem.data {
-                Data::Series(_) => {
-                    let outputs = problem.structure.observed.iter().cycle();
+                Data::Series(all) => {
                     let mut squares = Outputs::all(0.0);
-                    for (&output, sum) in outputs.zip(results) {
-                        squares[output] += sum;
+                    for one in all {
+                        let slices = one.samples.len().div_ceil(SLICE);
+                        let outputs = &problem.structure.observed;
+                        let outputs = iter::repeat_n(outputs, slices).flatten();
+                        for (&output, sum) in outputs.zip(results.by_ref()) {
+                            if one.measured[output] {
+                                squares[output] += sum;
+                            }
+                        }
                     }
                     problem.cost_of_squares(squares)
                 }

@@ -1,6 +1,7 @@
 //! The servo valve: an actuator that moves a spool, a valve whose openings follow the spool, and a piston that is driven by
 //! its flow.
 
+mod blocked;
 mod records;
 
 pub use records::{parameters_for, remarks, scale_of, structure_for};
@@ -123,7 +124,7 @@ impl ServoValve {
     /// Whether an output that `structure` observes follows from the flow of a valve.
     pub fn needs_valve(&self, structure: &Structure) -> bool {
         let mut observed = structure.observed.iter();
-        observed.any(|&output| self.follows_flow(output))
+        observed.any(|&output| self.follows_flow(output) || output.is_of_blocked_ports())
     }
 }
 
@@ -163,7 +164,8 @@ impl BaseModel for ServoValve {
     fn unit<'a>(&'a self, structure: &'a Structure, output: Output) -> &'a str {
         match output {
             Output::Spool => self.spool_unit.as_ref().unwrap_or(&structure.command_unit),
-            Output::Flow => "L/min",
+            Output::Flow | Output::ReturnFlow => "L/min",
+            Output::PressureA | Output::PressureB | Output::LoadPressure => "bar",
             Output::Position => "mm",
         }
     }
@@ -265,6 +267,7 @@ impl WithEquations for ServoValve {
             piston_speed,
             full_opening: self.polarity.sign() * scale,
             observes: Outputs::from_fn(|output| structure.observes(output)),
+            observes_blocked_ports: structure.observes_blocked_ports(),
         }
     }
 }
@@ -283,13 +286,15 @@ pub struct ServoValveEquations<R> {
     /// The spool, in the unit of the command, at which the valve is fully open from P to A.
     full_opening: f64,
     observes: Outputs<bool>,
+    observes_blocked_ports: bool,
 }
 
-/// Spool, opening and flow at one instant, and the flow before what the flow port's effects add.
+/// Spool, opening and flow at one instant, the flow before what the flow port's effects add, and what supplies it.
 struct Path<R> {
     spool: R,
     flow: R,
     drawn: R,
+    pressures: Option<Pressures<R>>,
     moment: Moment<R>,
 }
 
@@ -333,6 +338,7 @@ impl<R: Real> ServoValveEquations<R> {
                 let spool = ports.place(self.spool(state, input));
                 let mut opening = spool;
                 let (mut flow, mut drop) = (zero, zero);
+                let mut supplied = None;
                 if let Some(valve) = &self.valve {
                     opening = (spool * R::constant(100.0 / self.full_opening)).named("opening");
                     let mut pressures = valve.supplied(&Pressures::of(input));
@@ -343,6 +349,7 @@ impl<R: Real> ServoValveEquations<R> {
                     if with_flow {
                         flow = valve.flow_from(opening, &pressures).named("flow");
                     }
+                    supplied = Some(pressures);
                 }
                 let moment = Moment {
                     time: input.time,
@@ -354,6 +361,7 @@ impl<R: Real> ServoValveEquations<R> {
                     spool,
                     flow: ports.flow(flow, &moment),
                     drawn: flow,
+                    pressures: supplied,
                     moment,
                 }
             },
@@ -522,6 +530,21 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                     None => path.spool,
                 },
             };
+        }
+        if let (true, Some(valve), Some(pressures)) =
+            (self.observes_blocked_ports, &self.valve, &path.pressures)
+            && let Some(blocked) = valve.blocked(path.moment.opening, pressures)
+        {
+            for (output, value) in [
+                (Output::ReturnFlow, blocked.return_flow),
+                (Output::PressureA, blocked.a),
+                (Output::PressureB, blocked.b),
+                (Output::LoadPressure, blocked.a - blocked.b),
+            ] {
+                if self.observes[output] {
+                    outputs[output] = value;
+                }
+            }
         }
         Shown {
             outputs,

@@ -1,5 +1,6 @@
 //! The base model that a record asks for: its structure, and bounds for its parameters that follow from the data.
 
+use super::blocked;
 use super::{
     Drive, GAIN, PISTON_AREA, PISTON_SPEED, POSITION_GAIN, POSITION_ZERO, Piston, Polarity,
     SPOOL_GAIN, ServoValve, TIME_CONSTANT,
@@ -27,6 +28,8 @@ const FASTEST: f64 = 5e-5;
 /// - A flow that falls where the command rises: negative polarity. A flow that shows no sign is measured in the pressure
 ///   line.
 /// - Records that are too slow to show what moves the spool: it follows the command at once. See [`Record::is_static`].
+/// - Records of tests with blocked ports: what they measure, beside what the others do, of a valve with four edges. See
+///   [`Record::has_blocked_ports`].
 /// - A position that moves against the command belongs to a cylinder that is connected the other way round.
 /// - A spool in another unit than the command's has a gain.
 /// - Flow or an integrated position asks for a valve with linear area, whose drop follows from the pressures that every
@@ -46,19 +49,32 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         record.check_response()?;
         record.check_spool_direction()?;
     }
+    blocked::check_supply(records)?;
     let all_have = |channel: Channel| records.iter().all(|record| record.get(channel).is_some());
-    let observed: Vec<Output> = Output::ALL
-        .into_iter()
-        .filter(|&output| all_have(output.channel()))
-        .collect();
-    if observed.is_empty() {
+    let open = || records.iter().filter(|record| !record.has_blocked_ports());
+    let one_test = open().next().is_none();
+    let blocked_ports = blocked::observed(records);
+    let shared = |output: &Output| {
+        let has = |record: &Record| record.get(output.channel()).is_some();
+        !output.is_of_blocked_ports()
+            && if one_test {
+                records.iter().all(has)
+            } else {
+                open().all(has)
+            }
+    };
+    let mut observed: Vec<Output> = Output::ALL.into_iter().filter(shared).collect();
+    let without_open = !one_test && observed.is_empty();
+    observed.extend(&blocked_ports);
+    observed.sort();
+    if without_open {
+        let last = open().next_back().unwrap_or(first);
+        let names = Output::ALL.into_iter();
+        let names = names.filter(|output| !output.is_of_blocked_ports());
+        let names: Vec<&str> = names.map(Output::name).collect();
         return Err(Error::input(
-            &rest[0].path,
-            format!(
-                "shares neither {} with {}",
-                Output::ALL.map(Output::name).join(" nor "),
-                first.path
-            ),
+            &last.path,
+            format!("shares neither {} with {}", names.join(" nor "), first.path),
             "identify records together only where they measure the same",
         ));
     }
@@ -82,15 +98,21 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         false => Piston::Integrated,
     };
     let ports = [Channel::PressureA, Channel::PressureB];
+    let has_ports = |record: &Record| ports.iter().all(|&port| record.get(port).is_some());
     let drop = match all_have(Channel::SupplyPressure) {
-        true if ports.into_iter().all(all_have) => Drop::Ports,
+        true if !one_test && open().all(has_ports) => Drop::Ports,
         true => Drop::Supply,
         false => Drop::Rated,
     };
     let flow = records.iter().map(|record| record.direction(Channel::Flow));
     let directions: Vec<Direction> = flow.collect();
     let flows = |direction| directions.contains(&direction);
-    let polarity = match flows(Direction::Against) && !flows(Direction::With) {
+    let ways: Vec<Direction> = match flows(Direction::With) || flows(Direction::Against) {
+        true => directions.clone(),
+        false => records.iter().map(blocked::direction).collect(),
+    };
+    let goes = |direction| ways.contains(&direction);
+    let polarity = match goes(Direction::Against) && !goes(Direction::With) {
         true => Polarity::Negative,
         false => Polarity::Positive,
     };
@@ -107,8 +129,13 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
         reversed: piston == Piston::Integrated && polarity.sign() * along < 0.0,
         ..ServoValve::default()
     };
-    if observed.iter().any(|&output| base.follows_flow(output)) {
+    let has_flow = observed.iter().any(|&output| base.follows_flow(output));
+    if has_flow || !blocked_ports.is_empty() {
         base.valve = Some(ValveForm {
+            area: match blocked_ports.is_empty() {
+                true => AreaLaw::Linear,
+                false => AreaLaw::Edges,
+            },
             drop,
             meter: match flows(Direction::Unsigned) && !flows(Direction::Against) {
                 true => Meter::Supply,
@@ -165,6 +192,7 @@ pub fn remarks(structure: &Structure, records: &[Record]) -> Vec<String> {
     {
         list.push("the flow is taken to be that of the pressure line, which has no sign".into());
     }
+    list.extend(blocked::remarks(structure, records));
     list
 }
 
@@ -254,6 +282,9 @@ pub fn parameters_for(structure: &Structure, records: &[Record]) -> Vec<Paramete
         }
     }
     let law = structure.valve().map(|valve| &valve.area);
+    if law == Some(&AreaLaw::Edges) {
+        blocked::bound(structure, &mut parameters, records, unit_flow);
+    }
     if let Some(AreaLaw::Table(openings) | AreaLaw::Signed(openings)) = law
         && area.is_normal()
     {
@@ -313,7 +344,7 @@ fn bound(parameter: &mut Parameter, low: f64, high: f64) {
 }
 
 /// Starts a logarithmic parameter at `value`, with bounds around it, unless the data gave no such value.
-fn around(parameter: &mut Parameter, value: f64) {
+pub(super) fn around(parameter: &mut Parameter, value: f64) {
     if value.is_normal() {
         parameter.set_nominal(value);
         bound(parameter, value / AROUND, value * AROUND);
@@ -410,14 +441,22 @@ fn land_drop(structure: &Structure, records: &[Record], rated: Option<f64>) -> f
     let drops = |record: &Record| {
         let at = |channel, row: usize| record.get(channel).map_or(0.0, |s| s.values[row]);
         let drop = |row| {
-            let load = at(Channel::PressureA, row) - at(Channel::PressureB, row);
+            let load = match record.has_blocked_ports() {
+                true => 0.0,
+                false => at(Channel::PressureA, row) - at(Channel::PressureB, row),
+            };
             at(Channel::SupplyPressure, row) - at(Channel::ReturnPressure, row) - load.abs()
         };
         (0..record.samples()).map(drop).collect::<Vec<f64>>()
     };
     let drop = match (rated, structure.valve()) {
         (Some(rated), _) => rated,
-        (None, Some(_)) => median(records.iter().flat_map(drops)),
+        (None, Some(_)) => {
+            let through = |record: &&Record| !record.has_blocked_ports();
+            let one_test = !records.iter().any(|record| through(&record));
+            let used = records.iter().filter(|record| one_test || through(record));
+            median(used.flat_map(drops))
+        }
         (None, None) => 0.0,
     };
     (drop / 2.0).max(0.1)

@@ -1,7 +1,9 @@
 //! The effects of the catalogue: absent at their neutral values, seen at their trials, exact in time and in their
 //! sensitivities, and the same as those of the test rig, which shares no equation with them.
 
-use crate::common::effects::{HOLDS, absent, all_on, bench, piston, plant, planted, scale};
+use crate::common::effects::{
+    HOLDS, absent, all_on, area_of, bench, piston, plant, planted, scale,
+};
 use crate::common::{Record, near_start, problem};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best};
 use servobee::evaluate::problem::{Data, Sample, Series};
@@ -9,7 +11,7 @@ use servobee::evaluate::simulate::outputs;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::{Complete, Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
-use servobee::rig::{Command, FULL_SCALE, Noise, RATED_DROP, Setup, Simulation};
+use servobee::rig::{Command, FULL_SCALE, Noise, Setup, Simulation};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
@@ -330,15 +332,7 @@ fn model_of(
         structure = structure.with(effect.parse().unwrap());
     }
     let parameters = structure.parameters();
-    let start = |name: &str| {
-        parameters
-            .iter()
-            .find(|p| p.name == name)
-            .unwrap()
-            .nominal()
-    };
-    let speed = (RATED_DROP * 1e5 / start("density")).sqrt();
-    let area = setup.valve.rated_flow / 6e4 / speed / start("discharge_coefficient") * 1e4;
+    let area = area_of(&setup.valve, &parameters);
     let value = |name: &str| {
         let own = effects.iter().flat_map(|(_, values)| values.iter());
         own.clone().find(|(known, _)| *known == name).map(|v| v.1)

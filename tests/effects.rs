@@ -77,8 +77,10 @@ fn structures() -> impl Iterator<Item = Structure> {
 fn the_catalogue_is_that_of_the_reference() {
     let expected = [
         "delay",
+        "dc_gain",
         "null_bias",
         "hysteresis",
+        "feed_forward",
         "slew_limit",
         "friction",
         "flow_force",
@@ -378,10 +380,16 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 27] = [
+const TWINS: [Twin; 29] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
+    ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
     ("hysteresis=0.15", "hysteresis", &[("hysteresis", 0.15)]),
+    (
+        "feed_forward=0.004",
+        "feed_forward",
+        &[("feed_forward", 0.004)],
+    ),
     ("slew_limit=300", "slew_limit", &[("slew_limit", 300.0)]),
     ("slew_limit=120", "slew_limit", &[("slew_limit", 120.0)]),
     ("friction=0.1", "friction", &[("friction", 0.1)]),
@@ -679,6 +687,33 @@ fn a_spool_that_sticks_does_not_move_at_all() {
             run.iter().any(|row| row[Output::Spool] != 0.0),
             moves,
             "{height}"
+        );
+    }
+}
+
+#[test]
+fn a_ramp_is_followed_without_lag_where_its_rate_is_fed_forward_by_one_over_the_gain() {
+    // The loop is late by rate over gain and settles at the DC gain times the ramp.
+    let (gain, rate) = (200.0, 8.0);
+    let lag_of = |effect: &str, value: f64| {
+        let structure = Structure {
+            hold: Hold::Interpolated,
+            ..with(Structure::actuator(10.0, "V"), effect)
+        };
+        let values = [("gain", gain), (effect, value)];
+        let run = driven(&structure, &values, rows(1000, 1e-3), 1, |t| rate * t);
+        rate * 0.999 - run[999][Output::Spool]
+    };
+    for (effect, value, expected) in [
+        ("feed_forward", 0.0, rate / gain),
+        ("feed_forward", 1.0 / gain, 0.0),
+        ("feed_forward", 2.5 / gain, -1.5 * rate / gain),
+        ("dc_gain", 0.9, 0.1 * rate * 0.999 + 0.9 * rate / gain),
+    ] {
+        let lag = lag_of(effect, value);
+        assert!(
+            (lag - expected).abs() < 1e-6,
+            "{effect} {value}: {lag}, not {expected}"
         );
     }
 }

@@ -164,7 +164,7 @@ fn neutral_is_absent() {
     for kind in Kind::ALL {
         if matches!(
             kind,
-            Kind::SlewLimit | Kind::StrokeLimit | Kind::LineResonance
+            Kind::DcGain | Kind::SlewLimit | Kind::StrokeLimit | Kind::LineResonance
         ) {
             continue;
         }

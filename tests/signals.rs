@@ -176,7 +176,7 @@ fn a_valve_of_negative_polarity_and_a_meter_without_a_sign_are_taken_as_they_are
         ..SWEEP
     };
     let (report, text) = magnitude.identified(&["--effects", "none"]);
-    assert!(text.contains("has no sign"), "{text}");
+    assert!(text.contains("shows no sign"), "{text}");
     let area = value(&report, "max_area");
     let (straight, _) = SWEEP.identified(&["--effects", "none"]);
     let expected = value(&straight, "max_area");

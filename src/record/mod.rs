@@ -31,7 +31,7 @@ pub use mapping::Mapping;
 pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
 pub use unit::{Quantity, Unit};
-pub use wiring::Direction;
+pub use wiring::{Direction, Unusual};
 pub(crate) use wiring::ends;
 
 use crate::input::sha256;

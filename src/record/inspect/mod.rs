@@ -126,8 +126,8 @@ fn of_table(table: &Table, reading: &Reading) -> Inspection {
         problem_left: record.err().map(|error| error.to_string()),
     };
     let suspicions = suspicions(&signals, &inspection);
-    let bench = bench.unwrap_or_default();
-    inspection.warnings.extend(bench);
+    let bench = bench.unwrap_or_default().into_iter();
+    inspection.warnings.extend(bench.map(|one| one.to_string()));
     inspection.warnings.extend(doubts);
     inspection.warnings.extend(suspicions);
     inspection

@@ -917,6 +917,48 @@ fn what_is_wrong_in_a_workbook_is_named() {
 }
 
 #[test]
+fn a_sheet_of_several_is_named_behind_the_workbook() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bench.xlsx");
+    let mut second = SHEET.to_vec();
+    second[4] = "0|9.5|0.25|";
+    write(&path, workbook(&[("Lauf 1", SHEET), ("Lauf 2", &second)])).unwrap();
+    let named = |sheet: &str| folder.path().join(format!("bench.xlsx#{sheet}"));
+    assert_refused(
+        Record::read(&path, &[]),
+        &[
+            "sheets \"Lauf 1\", \"Lauf 2\"",
+            "name one:",
+            "bench.xlsx#Lauf 1",
+        ],
+    );
+    for (sheet, first) in [("Lauf 1", 1.5), ("Lauf 2", 9.5)] {
+        let record = Record::read(named(sheet), &[]).unwrap();
+        assert_eq!(record.command().values[0], first);
+        assert!(
+            record.path.ends_with(&format!("#{sheet}")),
+            "{}",
+            record.path
+        );
+    }
+    assert_refused(
+        Record::read(named("Lauf 3"), &[]),
+        &["has no sheet \"Lauf 3\", only \"Lauf 1\", \"Lauf 2\""],
+    );
+    let csv = folder.path().join("plain.csv");
+    write(&csv, "time [s],command [V],spool [V]\n0,1,1\n1,2,2\n").unwrap();
+    let sheet = folder.path().join("plain.csv#A");
+    assert_refused(
+        Record::read(sheet, &[]),
+        &["plain.csv", "is no Excel workbook"],
+    );
+    // A file may be called so.
+    let odd = folder.path().join("odd.csv#2");
+    std::fs::copy(&csv, &odd).unwrap();
+    assert_eq!(Record::read(odd, &[]).unwrap().samples(), 2);
+}
+
+#[test]
 fn formats_that_are_not_read_are_refused_by_name_with_the_way_out() {
     let file = |head: &[u8]| [head, &[7; 600]].concat();
     let tdms = |contents: u8| file(&[b'T', b'D', b'S', b'm', contents, 0, 0, 0, 0x69, 0x12, 0, 0]);

@@ -12,6 +12,8 @@ use crate::model::{Complete, Dynamics, Hold, Initial, Input, Output, Parameter, 
 pub(super) const DROP: f64 = 70.0;
 /// Share of an interval after which an answer counts as settled.
 const SETTLED: f64 = 0.99;
+/// How long each command of a slow test is kept: at least this, s, and so many of the slowest time constants.
+const REST: (f64, f64) = (0.2, 12.0);
 /// Temperature of the oil, °C: that of ISO 10770-1's tests.
 const TEMPERATURE: f64 = 40.0;
 
@@ -96,6 +98,11 @@ impl Bench {
     pub(super) fn delay(&self) -> f64 {
         let values = Complete::nominal(&self.parameters());
         Plant::new(&self.structure, &values).delay().unwrap_or(0.0)
+    }
+
+    /// How long a command has to be kept, s, until the valve is at rest.
+    pub(super) fn rest(&self) -> f64 {
+        REST.0.max(REST.1 * self.slowest()) + 2.0 * self.delay()
     }
 
     /// The parameters of the structure on the bench: nothing is left between their bounds but their values.

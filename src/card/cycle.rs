@@ -4,8 +4,6 @@ use super::bench::Bench;
 
 /// Commands from zero to full scale.
 const STEPS: usize = 100;
-/// How long each command is kept: at least this, s, and so many of the slowest time constants.
-const SETTLING: (f64, f64) = (0.2, 12.0);
 
 /// The valve at rest, command after command.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -26,8 +24,7 @@ impl Cycle {
         let down = (-steps + 1..=steps).rev().map(level);
         let again = (-steps..=steps).map(level);
         let commands: Vec<f64> = up.chain(down).chain(again).collect();
-        let interval = SETTLING.0.max(SETTLING.1 * bench.slowest()) + 2.0 * bench.delay();
-        let outputs = bench.settled(&commands, interval);
+        let outputs = bench.settled(&commands, bench.rest());
         let output = usize::from(bench.structure.valve().is_some());
         let points: Vec<[f64; 2]> = commands
             .iter()

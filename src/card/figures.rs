@@ -6,6 +6,7 @@ use super::cycle::Cycle;
 use super::quantity::{AMPLITUDES, Quantity};
 use super::response::Response;
 use super::step::Step;
+use super::threshold::threshold;
 use crate::evaluate::Problem;
 
 /// Everything that is done with a valve on the bench.
@@ -15,6 +16,7 @@ pub(super) struct Tests {
     pub(super) step: Option<Step>,
     figures: Option<CycleFigures>,
     leakage: Option<f64>,
+    threshold: Option<f64>,
 }
 
 impl Tests {
@@ -33,6 +35,7 @@ impl Tests {
             responses: responses.collect(),
             step: Step::of(bench),
             cycle,
+            threshold: figures.and_then(|own| threshold(bench, own.hysteresis)),
             figures,
             leakage,
         }
@@ -59,6 +62,7 @@ impl Tests {
         match source {
             Source::Cycle(figure) => figure(self.figures.as_ref()?),
             Source::Leakage => self.leakage,
+            Source::Threshold => self.threshold,
             Source::AmplitudeLimit(amplitude) => response(amplitude)?.amplitude_limit,
             Source::PhaseLimit(amplitude) => response(amplitude)?.phase_limit,
             Source::StepTime => Some(1e3 * self.step.as_ref()?.time?),
@@ -106,6 +110,8 @@ pub(super) enum Source {
     Cycle(fn(&CycleFigures) -> Option<f64>),
     /// The least flow from P to T.
     Leakage,
+    /// A slow reversal of the command.
+    Threshold,
     /// The frequency response at this amplitude, %: where the gain has fallen by 3 dB.
     AmplitudeLimit(f64),
     /// The same: where the phase has fallen to −90°.
@@ -234,6 +240,14 @@ pub(super) const FIGURES: &[Definition] = &[
         Needs::Answer,
         "slow cycle over full command",
         Source::Cycle(|cycle| Some(cycle.hysteresis)),
+    ),
+    figure(
+        Quantity::Threshold,
+        "threshold",
+        "%",
+        Needs::Answer,
+        "how far the command turns back before the output follows",
+        Source::Threshold,
     ),
     figure(
         Quantity::NullBias,

@@ -25,6 +25,8 @@ pub enum Quantity {
     Polarity,
     /// Width of the slow cycle.
     Hysteresis,
+    /// How far the command has to turn back before the output follows.
+    Threshold,
     /// Command of no output.
     NullBias,
     /// Flow from P to T at null.
@@ -60,6 +62,7 @@ impl Display for Quantity {
             Self::Linearity => "linearity",
             Self::Polarity => "polarity",
             Self::Hysteresis => "hysteresis",
+            Self::Threshold => "threshold",
             Self::NullBias => "null_bias",
             Self::Leakage => "leakage",
             Self::AmplitudeLimit(amplitude) => return write!(f, "amplitude_limit_{amplitude}"),

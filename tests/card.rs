@@ -3,13 +3,13 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::card::{Accuracy, Card, Figure, Measured};
-use servobee::evaluate::problem::{Data, Sample, Series as Rows};
+use servobee::evaluate::problem::{Data, Sample, Series as Rows, Stream};
 use servobee::evaluate::reference;
 use servobee::evaluate::{Memory, Problem};
 use servobee::model::valve::{Drop, ValveForm};
 use servobee::model::{Complete, Hold, Input, Output, Outputs, ServoValve, Structure};
 use servobee::record::{Channel, FlowCurve, Record, Series};
-use servobee::search::datasheet::Sheet;
+use servobee::search::datasheet::{Case, Sheet};
 use servobee::search::{Plan, refine};
 use std::f64::consts::{PI, TAU};
 
@@ -387,6 +387,166 @@ fn what_was_not_measured_has_no_value_but_a_reason() {
         assert_eq!((figure.value, figure.low, figure.high), (None, None, None));
         assert_eq!(figure.note, "no flow was measured");
     }
+}
+
+#[test]
+fn the_threshold_is_what_a_command_turns_back_before_the_output_follows() {
+    let base = [
+        ("gain", 200.0),
+        ("time_constant", 0.003),
+        ("saturation", 3.0),
+        ("max_area", 0.5),
+    ];
+    let with = |effect: &str, value: f64| {
+        let own = [&base[..], &[(effect, value)]].concat();
+        card(&valve(&[effect]), &own, 0.01, 1)
+    };
+    // A play is passed twice by half its width, a friction overcome in both directions.
+    for (effect, value) in [
+        ("hysteresis", 0.06),
+        ("hysteresis", 0.4),
+        ("friction", 0.05),
+    ] {
+        let card = with(effect, value);
+        let expected = 100.0 * 2.0 * value / FULL;
+        assert_near(&card, "threshold", expected, 0.03 * expected);
+        let one = figure(&card, "threshold");
+        assert!(one.low < one.value && one.value < one.high, "{one:?}");
+    }
+    for (effect, value) in [("gain_curvature", 0.3), ("overlap", 3.0)] {
+        let card = with(effect, value);
+        let one = figure(&card, "threshold");
+        assert_eq!(
+            (one.value, one.no_interval),
+            (Some(0.0), Some("the model has none"))
+        );
+    }
+}
+
+#[test]
+fn a_threshold_test_stands_beside_the_threshold_of_the_model() {
+    let values = [
+        ("gain", 200.0),
+        ("time_constant", 0.001),
+        ("saturation", 3.0),
+        ("max_area", 0.5),
+        ("hysteresis", 0.06),
+    ];
+    let structure = valve(&["hysteresis"]);
+    let card = card(&structure, &values, 0.001, 1);
+    let time: Vec<f64> = (0..6000).map(|k| 0.02 * f64::from(k)).collect();
+    let triangle = |t: &f64| 0.4 * (1.0 - 4.0 * ((t / 20.0).fract() - 0.5).abs());
+    let command: Vec<f64> = time.iter().map(triangle).collect();
+    let mut spool = 0.0f64;
+    let flow = command.iter().map(|u| {
+        spool = spool.clamp(u - 0.06, u + 0.06);
+        4.0 * spool
+    });
+    let channels = [
+        (Channel::Flow, Series::new("L/min", flow.collect())),
+        (
+            Channel::SupplyPressure,
+            Series::new("bar", vec![70.0; time.len()]),
+        ),
+        (Channel::Command, Series::new("V", command)),
+    ];
+    let record = Record::new("threshold", time, channels).unwrap();
+    let beside = |accuracy: &str| {
+        let accuracy = accuracy.parse().unwrap();
+        let measured = Measured::of(&structure, &[&record], &accuracy);
+        card.clone().beside(measured, Hold::Held)
+    };
+    let found = beside("command=1 %");
+    let one = figure(&found, "threshold");
+    let measured = one.measured.as_ref().unwrap();
+    assert!((measured.value - 1.2).abs() < 0.02, "{measured:?}");
+    assert!(
+        measured.test.contains("11 reversals of 8 %"),
+        "{measured:?}"
+    );
+    assert!(!one.disagrees(), "{one:?}");
+    // The gain of the flow meter cancels, a hundredth of the command is a hundredth of the threshold.
+    let width = measured.high - measured.low;
+    assert!(width >= 0.024 && width < 0.06, "{measured:?}");
+    // In a step and in responses the sensors cancel.
+    let (plain, unsure) = (beside("flow=0.001 %"), beside("flow=5 %, command=5 %"));
+    for name in [
+        "step_time",
+        "overshoot",
+        "phase_limit_90",
+        "amplitude_limit_25",
+    ] {
+        let [one, other] = [&plain, &unsure].map(|card| figure(card, name));
+        assert_eq!((one.low, one.high), (other.low, other.high), "{name}");
+    }
+}
+
+#[test]
+fn the_curves_of_a_datasheet_are_read_beside_the_model() {
+    let beside = |sheet: &Sheet| {
+        let plan = Plan {
+            coloured: false,
+            memory: Memory::default(),
+            ..Plan::of_records(1)
+        };
+        let fit = refine(&sheet.problem, &sheet.problem.start(), &plan).unwrap();
+        Card::of(&sheet.problem, &fit).beside_sheet(sheet)
+    };
+    let measured = |card: &Card, name: &str| figure(card, name).measured.clone().unwrap().value;
+    let reason = |card: &Card, name: &str| figure(card, name).no_measured.clone().unwrap();
+    let near = |found: f64, expected: f64| {
+        assert!(
+            (found / expected - 1.0).abs() < 0.01,
+            "{found}, not {expected}"
+        );
+    };
+    // A dead zone of 5 %, then 0.4 L/min for each percent: on one side, and on both.
+    let opening: Vec<f64> = (0..=20).map(|k| 5.0 * f64::from(k)).collect();
+    let lapped = |u: f64| 0.4 * (u.abs() - 5.0).max(0.0) * u.signum();
+    let curve = |opening: Vec<f64>| FlowCurve {
+        name: "lapped".into(),
+        flow: opening.iter().map(|u| lapped(*u)).collect(),
+        weight: vec![1.0; opening.len()],
+        opening,
+        warnings: Vec::new(),
+    };
+    let one = beside(&Sheet::flow(&curve(opening.clone()), 10.0));
+    near(measured(&one, "rated_flow"), 38.0);
+    near(measured(&one, "flow_gain"), 0.4);
+    near(measured(&one, "overlap"), 5.0);
+    assert_eq!(reason(&one, "null_bias"), "the flow curve is of one side");
+    assert!(!figure(&one, "rated_flow").disagrees());
+    let other = opening.iter().skip(1).rev().map(|u| -u);
+    let both = beside(&Sheet::flow(
+        &curve(other.chain(opening.clone()).collect()),
+        10.0,
+    ));
+    near(measured(&both, "lap"), 10.0);
+    assert!(measured(&both, "null_bias").abs() < 0.01);
+    assert!(reason(&both, "hysteresis").contains("two directions"));
+
+    let [two] = &Case::TwoAmplitude.sheets(10.0, Stream::Settled).unwrap()[..] else {
+        panic!("one curve");
+    };
+    let two = beside(two);
+    // 43 Hz at 100 % is none of the card's amplitudes.
+    assert_eq!(
+        reason(&two, "phase_limit_25"),
+        "no response at this amplitude was given"
+    );
+    near(measured(&two, "phase_limit_90"), 43.0);
+    assert_eq!(reason(&two, "step_time"), "no step was given");
+    assert!(reason(&two, "amplitude_limit_90").contains("does not pass -3 dB"));
+
+    let [step] = &Case::Step.sheets(10.0, Stream::Settled).unwrap()[..] else {
+        panic!("one curve");
+    };
+    let step = beside(step);
+    // 90 % of 10.05 between 40 and 44 ms, and 10.68 of 10.05.
+    let time = measured(&step, "step_time");
+    assert!((40.0..42.0).contains(&time), "{time}");
+    let beyond = measured(&step, "overshoot");
+    assert!((5.5..7.5).contains(&beyond), "{beyond}");
 }
 
 /// A slow triangle of three cycles of 40 s on a valve that is drawn by formulas: its flow at 70 bar, measured at

@@ -6,8 +6,8 @@ use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, Verdic
 use servobee::evaluate::{CpuEvaluator, Precision};
 use servobee::model::effects::{CATALOGUE, entry};
 use servobee::record::{Channel, Record};
-use servobee::rig::{Command as Rig, Noise, Setup};
-use servobee::scorecard::{Case, Outcome, Plan, Row, run};
+use servobee::rig::{Command as Rig, Form, Kind, Noise, Setup};
+use servobee::scorecard::{Case, Group, Outcome, Plan, Row, Subject, Variant, run};
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
@@ -17,17 +17,38 @@ const AFTER: f64 = 1.10;
 /// The records' seed: that of the scorecard in the README.
 const SEED: u64 = 1;
 
-fn diagnosed(names: &[&str]) -> Vec<Row> {
+/// The cases of the scorecard of these names.
+fn cases(names: &[&str]) -> Vec<Case> {
     let plan = Plan::default();
-    let cases: Vec<Case> = names.iter().map(|name| plan.case(name).unwrap()).collect();
+    names.iter().map(|name| plan.case(name).unwrap()).collect()
+}
+
+/// Two effects, each of which alone makes the base model's error three times the noise. Those of the scorecard are drawn from all
+/// effects: they are others where there are more of these.
+fn pair(of: [(Kind, Channel); 2]) -> Case {
+    let variant = |(kind, channel)| Variant {
+        kind,
+        form: Form::Usual,
+        channel,
+    };
+    let effects = of.map(variant).to_vec();
+    Case {
+        id: format!("pairs/{}+{}/0", effects[0], effects[1]),
+        group: Group::Pairs,
+        subject: Subject::Effects(effects),
+        targets: vec![3.0; 2],
+    }
+}
+
+fn diagnosed(cases: &[Case]) -> Vec<Row> {
     let rows = Mutex::new(Vec::new());
-    run(&cases, SEED, 2, |row| {
+    run(cases, SEED, 2, |row| {
         rows.lock().unwrap().push(row);
         Ok(())
     })
     .unwrap();
     let rows = rows.into_inner().unwrap();
-    assert_eq!(rows.len(), names.len());
+    assert_eq!(rows.len(), cases.len());
     for row in &rows {
         println!(
             "{}: {} [{}], {:.3} -> {:.3} times the noise, {:.0} s",
@@ -39,14 +60,14 @@ fn diagnosed(names: &[&str]) -> Vec<Row> {
 
 #[test]
 fn nothing_is_found_where_nothing_is_planted() {
-    for row in diagnosed(&["null/111", "null/57", "null/36"]) {
+    for row in diagnosed(&cases(&["null/111", "null/57", "null/36"])) {
         assert_eq!(row.verdict, "none", "{}", row.case);
     }
 }
 
 #[test]
 fn what_is_planted_is_named_and_explains_everything() {
-    let rows = diagnosed(&[
+    let single = cases(&[
         "single/delay/3x/3",
         "single/hysteresis/3x/3",
         "single/friction/6x/1",
@@ -56,8 +77,12 @@ fn what_is_planted_is_named_and_explains_everything() {
         "single/sensor_lag.flow/1.5x/2",
         "single/sensor_offset.flow/3x/1",
         "forms/hysteresis~bouc_wen/3x/1",
-        "pairs/hysteresis+sensor_offset.flow/21",
     ]);
+    let two = pair([
+        (Kind::Hysteresis, Channel::Spool),
+        (Kind::SensorOffset, Channel::Flow),
+    ]);
+    let rows = diagnosed(&[&single[..], &[two]].concat());
     for row in &rows {
         let named = matches!(row.outcome, Outcome::Right | Outcome::Tied);
         assert!(named, "{}: {} [{}]", row.case, row.verdict, row.named);
@@ -80,11 +105,11 @@ fn what_is_planted_is_named_and_explains_everything() {
 
 #[test]
 fn what_is_in_no_catalogue_gets_no_name() {
-    let rows = diagnosed(&[
+    let rows = diagnosed(&cases(&[
         "outsiders/gain_jump/0",
         "outsiders/coarse_dac/0",
         "outsiders/tanh_sensor/0",
-    ]);
+    ]));
     for row in rows {
         assert_eq!(row.verdict, "unexplained", "{}: {}", row.case, row.named);
         assert_eq!(row.named, "", "{}", row.case);

@@ -1,7 +1,9 @@
 //! The effects of the catalogue: absent at their neutral values, seen at their trials, exact in time and in their
 //! sensitivities, and the same as those of the test rig, which shares no equation with them.
 
-use crate::common::effects::{HOLDS, absent, all_on, bench, piston, plant, planted, scale};
+use crate::common::effects::{
+    HOLDS, absent, all_on, area_of, bench, piston, plant, planted, scale,
+};
 use crate::common::{Record, near_start, problem};
 use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best};
 use servobee::evaluate::problem::{Data, Sample, Series};
@@ -9,7 +11,7 @@ use servobee::evaluate::simulate::outputs;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::{Complete, Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
-use servobee::rig::{Command, FULL_SCALE, Noise, RATED_DROP, Setup, Simulation};
+use servobee::rig::{Command, FULL_SCALE, Noise, Setup, Simulation};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
@@ -75,8 +77,10 @@ fn structures() -> impl Iterator<Item = Structure> {
 fn the_catalogue_is_that_of_the_reference() {
     let expected = [
         "delay",
+        "dc_gain",
         "null_bias",
         "hysteresis",
+        "feed_forward",
         "slew_limit",
         "friction",
         "flow_force",
@@ -330,15 +334,7 @@ fn model_of(
         structure = structure.with(effect.parse().unwrap());
     }
     let parameters = structure.parameters();
-    let start = |name: &str| {
-        parameters
-            .iter()
-            .find(|p| p.name == name)
-            .unwrap()
-            .nominal()
-    };
-    let speed = (RATED_DROP * 1e5 / start("density")).sqrt();
-    let area = setup.valve.rated_flow / 6e4 / speed / start("discharge_coefficient") * 1e4;
+    let area = area_of(&setup.valve, &parameters);
     let value = |name: &str| {
         let own = effects.iter().flat_map(|(_, values)| values.iter());
         own.clone().find(|(known, _)| *known == name).map(|v| v.1)
@@ -384,10 +380,16 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 27] = [
+const TWINS: [Twin; 29] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
+    ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
     ("hysteresis=0.15", "hysteresis", &[("hysteresis", 0.15)]),
+    (
+        "feed_forward=0.004",
+        "feed_forward",
+        &[("feed_forward", 0.004)],
+    ),
     ("slew_limit=300", "slew_limit", &[("slew_limit", 300.0)]),
     ("slew_limit=120", "slew_limit", &[("slew_limit", 120.0)]),
     ("friction=0.1", "friction", &[("friction", 0.1)]),
@@ -686,6 +688,33 @@ fn a_spool_that_sticks_does_not_move_at_all() {
             run.iter().any(|row| row[Output::Spool] != 0.0),
             moves,
             "{height}"
+        );
+    }
+}
+
+#[test]
+fn a_ramp_is_followed_without_lag_where_its_rate_is_fed_forward_by_one_over_the_gain() {
+    // The loop is late by rate over gain and settles at the DC gain times the ramp.
+    let (gain, rate) = (200.0, 8.0);
+    let lag_of = |effect: &str, value: f64| {
+        let structure = Structure {
+            hold: Hold::Interpolated,
+            ..with(Structure::actuator(10.0, "V"), effect)
+        };
+        let values = [("gain", gain), (effect, value)];
+        let run = driven(&structure, &values, rows(1000, 1e-3), 1, |t| rate * t);
+        rate * 0.999 - run[999][Output::Spool]
+    };
+    for (effect, value, expected) in [
+        ("feed_forward", 0.0, rate / gain),
+        ("feed_forward", 1.0 / gain, 0.0),
+        ("feed_forward", 2.5 / gain, -1.5 * rate / gain),
+        ("dc_gain", 0.9, 0.1 * rate * 0.999 + 0.9 * rate / gain),
+    ] {
+        let lag = lag_of(effect, value);
+        assert!(
+            (lag - expected).abs() < 1e-6,
+            "{effect} {value}: {lag}, not {expected}"
         );
     }
 }

@@ -917,6 +917,134 @@ fn what_is_wrong_in_a_workbook_is_named() {
 }
 
 #[test]
+fn a_sheet_of_several_is_named_behind_the_workbook() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("bench.xlsx");
+    let mut second = SHEET.to_vec();
+    second[4] = "0|9.5|0.25|";
+    write(&path, workbook(&[("Lauf 1", SHEET), ("Lauf 2", &second)])).unwrap();
+    let named = |sheet: &str| folder.path().join(format!("bench.xlsx#{sheet}"));
+    assert_refused(
+        Record::read(&path, &[]),
+        &[
+            "sheets \"Lauf 1\", \"Lauf 2\"",
+            "name one:",
+            "bench.xlsx#Lauf 1",
+        ],
+    );
+    for (sheet, first) in [("Lauf 1", 1.5), ("Lauf 2", 9.5)] {
+        let record = Record::read(named(sheet), &[]).unwrap();
+        assert_eq!(record.command().values[0], first);
+        assert!(
+            record.path.ends_with(&format!("#{sheet}")),
+            "{}",
+            record.path
+        );
+    }
+    assert_refused(
+        Record::read(named("Lauf 3"), &[]),
+        &["has no sheet \"Lauf 3\", only \"Lauf 1\", \"Lauf 2\""],
+    );
+    let csv = folder.path().join("plain.csv");
+    write(&csv, "time [s],command [V],spool [V]\n0,1,1\n1,2,2\n").unwrap();
+    let sheet = folder.path().join("plain.csv#A");
+    assert_refused(
+        Record::read(sheet, &[]),
+        &["plain.csv", "is no Excel workbook"],
+    );
+    // A file may be called so.
+    let odd = folder.path().join("odd.csv#2");
+    std::fs::copy(&csv, &odd).unwrap();
+    assert_eq!(Record::read(odd, &[]).unwrap().samples(), 2);
+}
+
+/// A sweep measured by a meter for large flows, with steps of 0.5 L/min, and by one for small ones in gpm that ends at 5.2 L/min.
+fn two_meters(offset: f64) -> String {
+    let mut text = String::from("time [s],command [V],Q_small [gpm],Q_large [L/min]\n");
+    for k in 0..4000 {
+        let time = 0.01 * f64::from(k);
+        let command = 10.0 * (0.3 * time).sin();
+        let flow = 4.0 * command;
+        let small = (flow + offset).clamp(-5.2, 5.2) / 3.785_411_784;
+        let large = (flow / 0.5).round() * 0.5;
+        text += &format!("{time:.2},{command:.4},{small:.5},{large}\n");
+    }
+    text
+}
+
+#[test]
+fn two_meters_for_two_ranges_are_one_flow() {
+    let inspection = Inspection::parse("a.csv", two_meters(0.0), &[]).unwrap();
+    let maps: Vec<&str> = inspection
+        .proposals
+        .iter()
+        .map(|one| one.map.as_str())
+        .collect();
+    let proposed = ["Q_small=flow [gpm] below 1.215", "Q_large=flow [L/min]"];
+    for map in proposed {
+        assert!(maps.contains(&map), "{map} is not in {maps:?}");
+    }
+    assert_eq!(maps.len(), 2);
+    assert!(inspection.problem_left.is_none() && !inspection.is_ready());
+    assert!(
+        inspection.call.contains("below 1.215"),
+        "{}",
+        inspection.call
+    );
+
+    let maps = proposed.map(|map| map.parse().unwrap());
+    let record = Record::parse("a.csv", two_meters(0.0), &maps).unwrap();
+    let flow = &record.get(Channel::Flow).unwrap().values;
+    for (flow, command) in flow.iter().zip(&record.command().values) {
+        let most = if (4.0 * command).abs() < 4.0 {
+            1e-3
+        } else {
+            0.2501
+        };
+        assert!((flow - 4.0 * command).abs() < most, "{flow} at {command}");
+    }
+    let said = record.remarks().join("\n");
+    assert!(
+        said.contains("flow is taken from \"Q_small [gpm]\" where"),
+        "{said}"
+    );
+    assert!(
+        !said.contains("jumps") && !said.contains("ends at"),
+        "{said}"
+    );
+    // With the mappings said, nothing is left to propose.
+    let ready = Inspection::parse("a.csv", two_meters(0.0), &maps).unwrap();
+    assert!(ready.is_ready() && ready.proposals.is_empty());
+    assert_eq!(maps[0].to_string(), proposed[0]);
+
+    // What does not fit together is said.
+    let off = Record::parse("a.csv", two_meters(0.6), &maps).unwrap();
+    assert!(
+        off.remarks().join("\n").contains("flow jumps by 0.6"),
+        "{:?}",
+        off.remarks()
+    );
+    let wide = ["Q_small=flow [gpm] below 3", proposed[1]].map(|map| map.parse().unwrap());
+    let gap = Record::parse("a.csv", two_meters(0.0), &wide).unwrap();
+    assert!(
+        gap.remarks().join("\n").contains("ends at 5.200 L/min"),
+        "{:?}",
+        gap.remarks()
+    );
+    let alone = ["Q_small=flow [gpm] below 3".parse().unwrap()];
+    let refused = Record::parse("a.csv", two_meters(0.0).replace("Q_large", "x"), &alone);
+    assert_refused(refused, &["no column is that for large ones", "--map"]);
+    for bad in [
+        "q=flow [L/min] below 0",
+        "q=flow [L/min] below x",
+        "q=command [V] below 5",
+        "q=time [s] below 5",
+    ] {
+        assert!(bad.parse::<Mapping>().is_err(), "{bad}");
+    }
+}
+
+#[test]
 fn formats_that_are_not_read_are_refused_by_name_with_the_way_out() {
     let file = |head: &[u8]| [head, &[7; 600]].concat();
     let tdms = |contents: u8| file(&[b'T', b'D', b'S', b'm', contents, 0, 0, 0, 0x69, 0x12, 0, 0]);

@@ -1,5 +1,6 @@
 //! The test rig: what each planted effect does, and the command synthesize.
 
+use crate::common::effects::area_of;
 use crate::program::{names, off, printed, refused, rms, servobee};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
@@ -89,15 +90,7 @@ fn without_effects_it_is_the_model() {
             ..Structure::actuator(FULL_SCALE, "V")
         };
         let parameters = structure.parameters();
-        let start = |name: &str| {
-            parameters
-                .iter()
-                .find(|p| p.name == name)
-                .unwrap()
-                .nominal()
-        };
-        let speed = (2.0 * RATED_DROP / 2.0 * 1e5 / start("density")).sqrt();
-        let area = valve.rated_flow / 6e4 / speed / start("discharge_coefficient") * 1e4;
+        let area = area_of(&valve, &parameters);
         let values: Complete<f64> = parameters
             .iter()
             .map(|p| match p.name.as_str() {
@@ -171,7 +164,7 @@ fn neutral_is_absent() {
     for kind in Kind::ALL {
         if matches!(
             kind,
-            Kind::SlewLimit | Kind::StrokeLimit | Kind::LineResonance
+            Kind::DcGain | Kind::SlewLimit | Kind::StrokeLimit | Kind::LineResonance
         ) {
             continue;
         }

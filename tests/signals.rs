@@ -176,7 +176,7 @@ fn a_valve_of_negative_polarity_and_a_meter_without_a_sign_are_taken_as_they_are
         ..SWEEP
     };
     let (report, text) = magnitude.identified(&["--effects", "none"]);
-    assert!(text.contains("has no sign"), "{text}");
+    assert!(text.contains("shows no sign"), "{text}");
     let area = value(&report, "max_area");
     let (straight, _) = SWEEP.identified(&["--effects", "none"]);
     let expected = value(&straight, "max_area");
@@ -294,6 +294,134 @@ fn a_position_that_follows_its_command_is_a_closed_loop_in_any_unit() {
     assert!(fit.as_f64().unwrap() > 98.0, "{fit}");
     let simulate = ["simulate", "out/model.toml", "run.csv"];
     printed(&servobee(folder.path(), &simulate));
+}
+
+/// A position loop by its transfer function: gain (T s + 1) / (s²/ω² + 2ζ s/ω + 1), 6 Hz, ζ 0.7, its command late.
+struct Loop {
+    gain: f64,
+    /// s.
+    zero: f64,
+    /// s.
+    late: f64,
+    /// Whether the command stays between two rows, as that of a converter does, or is a generator's.
+    held: bool,
+}
+
+const LOOP: Loop = Loop {
+    gain: 1.0,
+    zero: 0.0,
+    late: 0.0,
+    held: true,
+};
+
+impl Loop {
+    /// Twice a chirp of ±20 mm up to 12 Hz with a rest, and what the position shows, in steps of 0.05 ms, with noise.
+    fn identified(&self, heads: [&str; 2]) -> (Value, String) {
+        let command = |time: f64| match time {
+            _ if time < 1.0 => 0.0,
+            _ => {
+                // In whole periods: nothing jumps.
+                let time = (time - 1.0) % 4.0;
+                20.0 * (TAU * (0.25 + 1.5 * time) * time).sin()
+            }
+        };
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let mut noise = || 0.03 * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
+        let mut text = format!("time [s],{},{}\n", heads[0], heads[1]);
+        let (mut x, mut v) = (0.0f64, 0.0f64);
+        let (step, omega) = (5e-5, TAU * 6.0);
+        for k in 0..180_000 {
+            let time = f64::from(k) * step;
+            if k % 20 == 0 {
+                let position = self.gain * (x + self.zero * v) + noise();
+                writeln!(text, "{time:.4},{:.4},{position:.4}", command(time)).unwrap();
+            }
+            let asked = time + step / 2.0 - self.late;
+            let asked = command(match self.held {
+                true => 1e-3 * (1e3 * asked).floor(),
+                false => asked,
+            });
+            let pull = |x: f64, v: f64| omega * omega * (asked - x) - 1.4 * omega * v;
+            let (middle, speed) = (x + step / 2.0 * v, v + step / 2.0 * pull(x, v));
+            (x, v) = (x + step * speed, v + step * pull(middle, speed));
+        }
+        let folder = TempDir::new().unwrap();
+        write(folder.path().join("run.csv"), text).unwrap();
+        let call = ["identify", "run.csv", "--evaluator", "cpu", "--out", "out"];
+        let text = printed(&servobee(folder.path(), &call));
+        (json(folder.path().join("out/report.json")), text)
+    }
+}
+
+#[test]
+fn what_a_position_loop_lacks_is_found_by_name() {
+    let heads = ["command [mm]", "position [mm]"];
+    // What a generator's command is ahead of a held one by is no feed-forward.
+    let (report, text) = Loop {
+        held: false,
+        ..LOOP
+    }
+    .identified(heads);
+    assert_eq!(effects(&report), [""; 0], "{text}");
+    for (planted, name, value) in [
+        (
+            Loop {
+                gain: 0.97,
+                held: false,
+                ..LOOP
+            },
+            "dc_gain",
+            0.97,
+        ),
+        (
+            Loop {
+                zero: 0.008,
+                ..LOOP
+            },
+            "feed_forward",
+            0.008,
+        ),
+        (
+            Loop {
+                late: 0.005,
+                ..LOOP
+            },
+            "delay",
+            0.005,
+        ),
+    ] {
+        let (report, text) = planted.identified(heads);
+        assert_eq!(effects(&report), [name], "{text}");
+        assert_eq!(
+            report["effects"][0]["tied_with"],
+            Value::Array(vec![]),
+            "{text}"
+        );
+        holds(&report, name, value, 0.02);
+    }
+}
+
+#[test]
+fn a_spool_in_the_unit_of_its_command_is_a_loop_too() {
+    let heads = ["command [mm]", "spool [mm]"];
+    let (report, text) = Loop {
+        zero: 0.008,
+        ..LOOP
+    }
+    .identified(heads);
+    assert_eq!(effects(&report), ["feed_forward"], "{text}");
+    // A flow force holds a spool back alike.
+    let (report, text) = Loop { gain: 0.97, ..LOOP }.identified(heads);
+    let [named] = effects(&report)[..] else {
+        panic!("{text}")
+    };
+    let other = match named {
+        "dc_gain" => "flow_force",
+        "flow_force" => "dc_gain",
+        _ => panic!("{text}"),
+    };
+    let tied = report["effects"][0]["tied_with"].as_array().unwrap();
+    assert!(tied.iter().any(|tied| tied == other), "{text}");
 }
 
 #[test]

@@ -13,10 +13,10 @@ use crate::model::{
 
 /// Pressure from P to T where the record's was measured, bar: at which servo valves are rated.
 pub(super) const DROP: f64 = 70.0;
-/// How long a command is kept: at least this, s, and so many of the slowest time constants.
-const SETTLING: (f64, f64) = (0.2, 12.0);
 /// Share of an interval after which an answer counts as settled.
 const SETTLED: f64 = 0.99;
+/// How long each command of a slow test is kept: at least this, s, and so many of the slowest time constants.
+const REST: (f64, f64) = (0.2, 12.0);
 /// Temperature of the oil, °C: that of ISO 10770-1's tests.
 const TEMPERATURE: f64 = 40.0;
 
@@ -119,6 +119,11 @@ impl Bench {
         Plant::new(&self.structure, &values).delay().unwrap_or(0.0)
     }
 
+    /// How long a command has to be kept, s, until the valve is at rest.
+    pub(super) fn rest(&self) -> f64 {
+        REST.0.max(REST.1 * self.slowest()) + 2.0 * self.delay()
+    }
+
     /// The parameters of the structure on the bench: nothing is left between their bounds but their values.
     fn parameters(&self) -> Vec<Parameter> {
         let mut parameters = self.structure.parameters();
@@ -153,11 +158,6 @@ impl Bench {
         let time = (0..commands.len()).map(|k| interval * k as f64).collect();
         let rows = self.simulate(commands, time);
         rows.iter().map(spool_and_flow).collect()
-    }
-
-    /// How long a command has to be kept for the valve to come to rest, s.
-    pub(super) fn settling(&self) -> f64 {
-        SETTLING.0.max(SETTLING.1 * self.slowest()) + 2.0 * self.delay()
     }
 
     /// The same, but what they are when that command has been there for nearly `interval` seconds: the answer to the command

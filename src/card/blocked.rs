@@ -27,7 +27,7 @@ impl BlockedPorts {
         let bench = bench.with_blocked_ports()?;
         let drop = bench.drop()?;
         let full = bench.structure.full_scale;
-        let interval = bench.settling();
+        let interval = bench.rest();
         let sweep = |reach: f64| -> Vec<[f64; 3]> {
             let level = |k: i32| null + 0.01 * reach * full * f64::from(k) / f64::from(STEPS);
             let up: Vec<f64> = (-STEPS..=STEPS).map(level).collect();

@@ -24,7 +24,7 @@ impl Cycle {
         let down = (-steps + 1..=steps).rev().map(level);
         let again = (-steps..=steps).map(level);
         let commands: Vec<f64> = up.chain(down).chain(again).collect();
-        let outputs = bench.settled(&commands, bench.settling());
+        let outputs = bench.settled(&commands, bench.rest());
         let output = usize::from(bench.structure.valve().is_some());
         let points: Vec<[f64; 2]> = commands
             .iter()

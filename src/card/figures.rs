@@ -7,6 +7,7 @@ use super::cycle::Cycle;
 use super::quantity::{AMPLITUDES, Quantity};
 use super::response::Response;
 use super::step::Step;
+use super::threshold::threshold;
 use crate::evaluate::Problem;
 use crate::model::Output;
 
@@ -18,6 +19,7 @@ pub(super) struct Tests {
     figures: Option<CycleFigures>,
     pressure_gain: Option<f64>,
     leakage: Option<f64>,
+    threshold: Option<f64>,
 }
 
 impl Tests {
@@ -41,6 +43,7 @@ impl Tests {
             responses: responses.collect(),
             step: Step::of(bench),
             cycle,
+            threshold: figures.and_then(|own| threshold(bench, own.hysteresis)),
             figures,
             pressure_gain: blocked.and_then(|blocked| blocked.gain),
             leakage,
@@ -69,6 +72,7 @@ impl Tests {
             Source::Cycle(figure) => figure(self.figures.as_ref()?),
             Source::PressureGain => self.pressure_gain,
             Source::Leakage => self.leakage,
+            Source::Threshold => self.threshold,
             Source::AmplitudeLimit(amplitude) => response(amplitude)?.amplitude_limit,
             Source::PhaseLimit(amplitude) => response(amplitude)?.phase_limit,
             Source::StepTime => Some(1e3 * self.step.as_ref()?.time?),
@@ -120,6 +124,8 @@ pub(super) enum Source {
     PressureGain,
     /// The flow from P to T at null.
     Leakage,
+    /// A slow reversal of the command.
+    Threshold,
     /// The frequency response at this amplitude, %: where the gain has fallen by 3 dB.
     AmplitudeLimit(f64),
     /// The same: where the phase has fallen to −90°.
@@ -251,6 +257,14 @@ pub(super) const FIGURES: &[Definition] = &[
         Needs::Answer,
         "slow cycle over full command",
         Source::Cycle(|cycle| Some(cycle.hysteresis)),
+    ),
+    figure(
+        Quantity::Threshold,
+        "threshold",
+        "%",
+        Needs::Answer,
+        "how far the command turns back before the output follows",
+        Source::Threshold,
     ),
     figure(
         Quantity::NullBias,

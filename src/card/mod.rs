@@ -15,10 +15,12 @@ mod measured;
 mod quantity;
 mod response;
 mod step;
+mod threshold;
 
 use crate::evaluate::Problem;
 use crate::model::Hold;
 use crate::search::Fit;
+use crate::search::datasheet::Sheet;
 use crate::search::polish::spread;
 use bench::Bench;
 pub use cycle::Cycle;
@@ -207,6 +209,18 @@ impl Card {
             cycle: measured.cycle(),
             responses: measured.responses(hold),
         });
+        self
+    }
+}
+
+impl Card {
+    /// The card with each figure a second time, as the curve of the datasheet itself shows it.
+    pub fn beside_sheet(mut self, sheet: &Sheet) -> Self {
+        for (definition, figure) in FIGURES.iter().zip(&mut self.figures) {
+            let found = measured::sheet::read(sheet, definition);
+            figure.no_measured = found.as_ref().err().cloned();
+            figure.measured = found.ok();
+        }
         self
     }
 }

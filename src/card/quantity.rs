@@ -25,6 +25,8 @@ pub enum Quantity {
     Polarity,
     /// Width of the slow cycle.
     Hysteresis,
+    /// How far the command has to turn back before the output follows.
+    Threshold,
     /// Command of no output.
     NullBias,
     /// Load pressure over the supply's for each unit of command over full scale, at null with blocked ports.
@@ -62,6 +64,7 @@ impl Display for Quantity {
             Self::Linearity => "linearity",
             Self::Polarity => "polarity",
             Self::Hysteresis => "hysteresis",
+            Self::Threshold => "threshold",
             Self::NullBias => "null_bias",
             Self::PressureGain => "pressure_gain",
             Self::Leakage => "leakage",

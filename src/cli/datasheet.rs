@@ -152,7 +152,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         }
         let mut document = Document::of_sheet(
             &fitted,
-            &Card::of(&fitted.sheet.problem, best),
+            &Card::of(&fitted.sheet.problem, best).beside_sheet(&fitted.sheet),
             &chosen,
             arguments.options.seed,
             started.elapsed().as_secs_f64(),

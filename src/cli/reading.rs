@@ -5,7 +5,7 @@ use servobee::record::{Mapping, Reading, SampleInterval};
 #[derive(clap::Args)]
 pub(super) struct ReadingOptions {
     /// A column of the files and what it is: "x_cmd_mm=command [mm]"; with a scale and an offset where the file holds
-    /// something else: "i=command [%] *12.5 -150"
+    /// something else: "i=command [%] *12.5 -150"; behind that "below 5" makes it the meter for small values
     #[arg(long, value_name = "COLUMN=CHANNEL [UNIT]")]
     map: Vec<Mapping>,
     /// Time between rows, of files without a column of time: 1e-3 or 1ms

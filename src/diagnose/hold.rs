@@ -45,10 +45,7 @@ pub struct OtherHold {
 pub(super) fn other_way(fitted: &Fitted, plan: &Plan) -> Option<Problem> {
     let mut problem = fitted.problem.clone();
     set_start(&mut problem, fitted.fit.values());
-    problem.structure.hold = match problem.structure.hold {
-        Hold::Held => Hold::Interpolated,
-        Hold::Interpolated => Hold::Held,
-    };
+    problem.structure.hold = problem.structure.hold.other();
     if problem.free().is_empty() {
         return Some(problem);
     }

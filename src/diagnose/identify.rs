@@ -25,6 +25,8 @@ use std::ops::ControlFlow;
 
 /// A noise floor is lowered if what is left at rest falls below this share of it.
 const QUIETER: f64 = 0.93;
+/// A result with fewer effects stands if its held-out cost is larger by less than this share.
+const AS_GOOD: f64 = 0.1;
 
 /// Fits the base model to the measurements, finds out which effects it lacks, and looks at the residual. `progress` is told
 /// each stage and generation, and may break off: the result is then what is known so far.
@@ -77,7 +79,18 @@ pub fn identify(
         search: &search,
         evaluations,
     };
-    let mut result = diagnosis.of(problem.clone(), start, noise)?;
+    let mut result = diagnosis.of(problem.clone(), start, noise.clone())?;
+    // What is ahead by half an interval may be a command that went straight on between its rows.
+    let leads = |one: &Added| one.effect.leads();
+    if !hold_known && result.added.iter().any(leads) && diagnosis.stage.goes_on() {
+        let mut other = problem.clone();
+        other.structure.hold = problem.structure.hold.other();
+        let simpler = diagnosis.of(other.clone(), start, noise)?;
+        let as_good = held_out_cost(&simpler) < (1.0 + AS_GOOD) * held_out_cost(&result);
+        if as_good && simpler.broken_off.is_none() && simpler.added.len() < result.added.len() {
+            (problem, result) = (other, simpler);
+        }
+    }
     // What was taken for noise at rest may have been an effect: a hum, say. Once it is named, the floor is lower.
     let floor = result.after.noise(&measurements, true);
     let lower = |(name, before): (&String, &Noise)| floor[name].value < QUIETER * before.value;
@@ -97,6 +110,14 @@ pub fn identify(
     result.evaluations = diagnosis.evaluations;
     result.check_integration()?;
     Ok(result)
+}
+
+/// The held-out error of a result, squared, in units of noise and summed over all channels.
+fn held_out_cost(result: &Identified) -> f64 {
+    let errors = result.after.errors.hold_out.iter();
+    errors
+        .map(|(name, error)| (error.rmse / result.noise[name].value).powi(2))
+        .sum()
 }
 
 /// A diagnosis under way.

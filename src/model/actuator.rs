@@ -58,7 +58,13 @@ impl<R: Real> Actuator<R> {
     #[inline(always)]
     pub fn derivative(&self, z: R, x: R, u: R) -> (R, R) {
         let error = (u - x).clamp(-self.saturation, self.saturation);
-        (self.gain * error, (z - x) * self.rate)
+        (self.gain * error, self.speed(z, x))
+    }
+
+    /// `ẋ` alone.
+    #[inline(always)]
+    pub fn speed(&self, z: R, x: R) -> R {
+        (z - x) * self.rate
     }
 }
 

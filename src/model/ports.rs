@@ -73,9 +73,9 @@ pub trait Ports<R: Real> {
         (integrator, spool)
     }
 
-    /// Where a spool is that the integration has at `spool`.
+    /// Where a spool is that the integration has at `spool`, moving at `speed`.
     #[inline(always)]
-    fn place(&self, spool: R) -> R {
+    fn place(&self, spool: R, _speed: R) -> R {
         spool
     }
 
@@ -276,10 +276,10 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     #[inline(always)]
-    fn place(&self, spool: R) -> R {
+    fn place(&self, spool: R, speed: R) -> R {
         let mut spool = spool;
         for effect in &self.effects {
-            spool = effect.action.place(spool);
+            spool = effect.action.place(spool, speed);
         }
         spool
     }

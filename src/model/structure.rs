@@ -25,6 +25,16 @@ pub enum Hold {
     Interpolated,
 }
 
+impl Hold {
+    /// The other of the two.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::Held => Self::Interpolated,
+            Self::Interpolated => Self::Held,
+        }
+    }
+}
+
 /// The state at the first sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -3,6 +3,7 @@
 use super::join::join;
 use super::reading::Reading;
 use super::table::Table;
+use super::text::quoted;
 use super::{csv, mat, tdms, xlsx};
 use crate::{Error, Result, input};
 use std::path::{Path, PathBuf};
@@ -27,10 +28,39 @@ pub(super) fn read(path: &Path) -> Result<Table> {
     Ok(read_one(path)?.0)
 }
 
-/// The columns of the file at `path`, and its content.
+/// The columns of the file at `path`, and its content. `a.xlsx#Sheet 2` is that sheet of a workbook, if no file is called so.
 fn read_one(path: &Path) -> Result<(Table, Vec<u8>)> {
-    let content = bytes(path)?;
-    Ok((parse(&path.display().to_string(), &content)?, content))
+    let name = path.display().to_string();
+    match sheet(path) {
+        Some((file, sheet)) => {
+            let content = bytes(Path::new(file))?;
+            if !xlsx::is_xlsx(&content) {
+                let problem = format!(
+                    "is no Excel workbook, which has sheets such as {}",
+                    quoted(sheet)
+                );
+                return Err(Error::input(
+                    file,
+                    problem,
+                    "leave out what stands behind #",
+                ));
+            }
+            let mut table = xlsx::parse(file, &content, Some(sheet))?;
+            table.path = name;
+            Ok((table, content))
+        }
+        None => {
+            let content = bytes(path)?;
+            Ok((parse(&name, &content)?, content))
+        }
+    }
+}
+
+/// `a.xlsx` and `Sheet 2` of `a.xlsx#Sheet 2`.
+fn sheet(path: &Path) -> Option<(&str, &str)> {
+    let (file, sheet) = path.to_str()?.rsplit_once('#')?;
+    let is_one = !path.exists() && !file.is_empty() && !sheet.is_empty();
+    is_one.then_some((file, sheet))
 }
 
 /// The columns of the file at `path`, and its content. `a.csv+b.csv` are the columns of both, if no file is called so.
@@ -81,7 +111,7 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
         .is_some_and(|extension| extension.eq_ignore_ascii_case("mat"));
     match named_mat || mat::is_mat(bytes) {
         true => mat::parse(path, bytes),
-        false if xlsx::is_xlsx(bytes) => xlsx::parse(path, bytes),
+        false if xlsx::is_xlsx(bytes) => xlsx::parse(path, bytes, None),
         false => csv::parse(path, bytes),
     }
 }

@@ -3,6 +3,7 @@
 use super::channel::Channel;
 use super::conversion::{self, Conversion};
 use super::label::{Label, visible};
+use super::ranges::Small;
 use super::table::Table;
 use super::target::Target;
 use crate::{Error, Result};
@@ -14,17 +15,37 @@ use std::str::FromStr;
 ///
 /// A scale and an offset may follow: with `i=command [%] *12.5 -150` what the column `i` holds, times 12.5, less 150, is the
 /// command in %.
+///
+/// `below` and a number may come last: `q_small=flow [L/min] below 5` is a second meter of the channel, which counts where the
+/// first one shows less than 5 L/min.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mapping {
     pub(super) column: String,
     pub(super) target: Target,
     pub(super) conversion: Conversion,
+    /// In the unit of the conversion.
+    pub(super) below: Option<f64>,
+}
+
+impl Mapping {
+    /// The second meter that it says column `index` is, if it does.
+    fn small(&self, index: usize) -> Option<Small> {
+        let unit = self.conversion.unit;
+        self.below.map(|below| Small {
+            target: self.target,
+            index,
+            conversion: self.conversion,
+            below: unit.convert(below),
+        })
+    }
 }
 
 impl Display for Mapping {
     /// As it is read.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(f, "{}={} {}", self.column, self.target, self.conversion)
+        write!(f, "{}={} {}", self.column, self.target, self.conversion)?;
+        self.below
+            .map_or(Ok(()), |below| write!(f, " below {below}"))
     }
 }
 
@@ -49,6 +70,20 @@ impl FromStr for Mapping {
         if column.is_empty() {
             return Err(wrong("names no column before \"=\"".into()));
         }
+        let (label, below) = match label.rsplit_once(" below ") {
+            Some((label, number)) => {
+                let limit = number.trim().parse().ok();
+                let limit = limit.filter(|limit: &f64| *limit > 0.0 && limit.is_finite());
+                let limit = limit.ok_or_else(|| {
+                    wrong(format!(
+                        "{:?} behind \"below\" is no number above 0",
+                        number.trim()
+                    ))
+                })?;
+                (label, Some(limit))
+            }
+            None => (label, None),
+        };
         let (label, rest) = conversion::split(label);
         let label = Label::parse(label);
         let target = Target::named(&label.name).ok_or_else(|| {
@@ -58,12 +93,17 @@ impl FromStr for Mapping {
                 Channel::ALL.map(Channel::name).join(", ")
             ))
         })?;
+        let ranged = |channel: Channel| channel != Channel::Command;
+        if below.is_some() && !matches!(target, Target::Channel(channel) if ranged(channel)) {
+            return Err(wrong(format!("{target} has no second meter")));
+        }
         let column = visible(column);
         let unit = target.unit(label.unit.as_deref(), &place, &column)?;
         Ok(Self {
             conversion: Conversion::parse(unit, rest, &place)?,
             column,
             target,
+            below,
         })
     }
 }
@@ -75,6 +115,8 @@ pub(super) type Taken = BTreeMap<Target, (usize, Conversion)>;
 pub(super) struct Sources {
     /// The column behind each target.
     pub(super) taken: Taken,
+    /// Second meters of some of these.
+    pub(super) small: Vec<Small>,
     /// The names of columns that are no channel.
     pub(super) ignored: Vec<String>,
     pub(super) warnings: Vec<String>,
@@ -97,9 +139,11 @@ impl Sources {
                 _ => Ok(()),
             };
         let mut mapped = Vec::new();
+        let mut small: Vec<Small> = Vec::new();
         let mut absent = Vec::new();
         for mapping in mappings {
             match table.called(&mapping.column)? {
+                Some(index) if mapping.below.is_some() => small.extend(mapping.small(index)),
                 Some(index) => {
                     take(mapping.target, index, mapping.conversion)?;
                     mapped.push((index, mapping.target));
@@ -110,7 +154,8 @@ impl Sources {
         let mut ignored = Vec::new();
         for (index, column) in table.columns.iter().enumerate() {
             let label = &column.label;
-            if mapped.iter().any(|&(taken, _)| taken == index) {
+            let second = small.iter().any(|one| one.index == index);
+            if second || mapped.iter().any(|&(taken, _)| taken == index) {
                 continue;
             }
             let target = Target::named(&label.name);
@@ -119,6 +164,16 @@ impl Sources {
                 None if label.text.is_empty() => {}
                 None => ignored.push(label.text.clone()),
             }
+        }
+        if let Some(one) = small.iter().find(|one| !taken.contains_key(&one.target)) {
+            return Err(Error::input(
+                table.header_place(one.index),
+                format!(
+                    "is the meter for small values of {}, and no column is that for large ones",
+                    one.target
+                ),
+                format!("add --map \"COLUMN={} [UNIT]\"", one.target),
+            ));
         }
         let mut warnings = Vec::new();
         for Mapping { column, target, .. } in &absent {
@@ -133,6 +188,7 @@ impl Sources {
         }
         Ok(Self {
             taken,
+            small,
             ignored,
             warnings,
             absent: absent
@@ -143,11 +199,21 @@ impl Sources {
     }
 }
 
+/// The columns that mappings say are second meters.
+pub(super) fn small(table: &Table, mappings: &[Mapping]) -> Vec<Small> {
+    let found = mappings.iter().filter_map(|mapping| {
+        let index = table.called(&mapping.column).ok()??;
+        mapping.small(index)
+    });
+    found.collect()
+}
+
 /// The columns that are targets by a mapping, or by their name and unit; what is doubtful about others is left for
 /// [`Sources::of`] to refuse.
 pub(super) fn known(table: &Table, mappings: &[Mapping]) -> Taken {
     let mut taken = Taken::new();
-    for mapping in mappings {
+    let first = |mapping: &&Mapping| mapping.below.is_none();
+    for mapping in mappings.iter().filter(first) {
         if let Ok(Some(index)) = table.called(&mapping.column) {
             taken.insert(mapping.target, (index, mapping.conversion));
         }
@@ -156,6 +222,7 @@ pub(super) fn known(table: &Table, mappings: &[Mapping]) -> Taken {
         if let Some(target) = Target::named(&column.label.name)
             && let Ok(unit) = table.unit(index, target.quantity())
             && taken.values().all(|(other, _)| *other != index)
+            && small(table, mappings).iter().all(|one| one.index != index)
         {
             taken.entry(target).or_insert((index, unit.into()));
         }

@@ -16,6 +16,7 @@ mod label;
 mod mapping;
 mod mat;
 mod moment;
+mod ranges;
 mod reading;
 mod table;
 mod target;
@@ -32,7 +33,7 @@ pub use mapping::Mapping;
 pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
 pub use unit::{Quantity, Unit};
-pub use wiring::Direction;
+pub use wiring::{Direction, Unusual};
 pub(crate) use wiring::{ends, reversals};
 
 use crate::input::sha256;
@@ -223,11 +224,13 @@ impl Record {
     fn of(table: &Table, reading: &Reading) -> Result<Self> {
         let Sources {
             taken,
+            small,
             ignored,
             mut warnings,
             absent,
         } = Sources::of(table, &reading.mappings)?;
-        let indices: Vec<usize> = taken.values().map(|(index, _)| *index).collect();
+        let indices = taken.values().map(|(index, _)| *index);
+        let indices: Vec<usize> = indices.chain(small.iter().map(|one| one.index)).collect();
         warnings.extend(table.notes.iter().cloned());
         let complete = reading.without_incomplete_rows(table, &indices);
         let table = match &complete {
@@ -270,10 +273,15 @@ impl Record {
         if !columns.contains_key(&Target::Channel(Channel::Command)) {
             return Err(missing(Target::Channel(Channel::Command)));
         }
-        table.check_lengths(
-            std::iter::once(time.index).chain(columns.values().map(|column| column.index)),
-        )?;
+        let used = columns.values().map(|column| column.index);
+        let seconds = small.iter().map(|one| one.index);
+        table.check_lengths(std::iter::once(time.index).chain(used).chain(seconds))?;
         table.check_rising(&time)?;
+        for one in &small {
+            let values = table.values(one.index, one.conversion)?;
+            let large = columns.get_mut(&one.target).expect("there is a first one");
+            warnings.extend(one.joins(&values, large, table));
+        }
         let channels = columns
             .into_iter()
             .filter_map(|(target, column)| match target {

@@ -5,6 +5,7 @@ use super::inspect::alike;
 use super::interval::median_interval;
 use super::{Channel, Record, Series};
 use crate::{Error, Result};
+use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
 
 /// A command that changes by less than [`SWEEP`] of its range in so many s shows nothing of a servo valve's actuator: a lag
@@ -56,6 +57,47 @@ pub enum Direction {
     Unsigned,
     /// It is not alike enough to tell.
     Unclear,
+}
+
+/// What a bench is taken to be where that is not what most are; as text with what it means and what says otherwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unusual {
+    /// The flow falls where the command rises.
+    NegativePolarity,
+    /// The flow shows no sign.
+    NoSign,
+    /// The position follows the command.
+    ClosedLoop,
+    /// The command moves too slowly to show what moves the spool.
+    TooSlow {
+        /// The largest change of the command in 50 ms, as a share of its range: see [`Record::quickest_change`].
+        quickest: f64,
+    },
+}
+
+impl Display for Unusual {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NegativePolarity => f.write_str(
+                "the flow falls where the command rises: the valve is taken to have negative polarity. If the meter or the command \
+                 is inverted instead, --map \"COLUMN=flow [L/min] *-1\" says so",
+            ),
+            Self::NoSign => f.write_str(
+                "the flow shows no sign: it is taken to be that of the pressure line",
+            ),
+            Self::ClosedLoop => f.write_str(
+                "the position follows the command: it is taken to be that of a closed loop (a model file with piston = \"integrated\" \
+                 takes it for that of a cylinder which the valve drives)",
+            ),
+            Self::TooSlow { quickest } => write!(
+                f,
+                "too slow to show what moves the spool: but for jumps the command changes by at most {:.2} % of its range in 50 ms. \
+                 Gain, time constant and saturation are left out and so are effects that only quick motion shows; the spool is where \
+                 the command is (a model file with drive = \"actuator\" keeps them)",
+                100.0 * quickest
+            ),
+        }
+    }
 }
 
 impl Record {
@@ -137,28 +179,19 @@ impl Record {
     }
 
     /// What identify takes the bench to be, where that is not what most are.
-    pub(super) fn bench(&self) -> Vec<String> {
+    pub(super) fn bench(&self) -> Vec<Unusual> {
         let flow = match self.direction(Channel::Flow) {
-            Direction::Against => Some(
-                "the flow falls where the command rises: identify takes the valve to have negative polarity; if the meter or \
-                 the command is inverted, --map \"COLUMN=flow [L/min] *-1\" says so",
-            ),
-            Direction::Unsigned => {
-                Some("the flow shows no sign: identify takes it to be that of the pressure line")
-            }
+            Direction::Against => Some(Unusual::NegativePolarity),
+            Direction::Unsigned => Some(Unusual::NoSign),
             Direction::With | Direction::Unclear => None,
         };
         let alone = [Channel::Spool, Channel::Flow]
             .iter()
             .all(|&channel| self.get(channel).is_none());
-        let closed = (alone && self.is_position_loop()).then_some(
-            "the position follows the command: identify takes it to be that of a closed loop",
-        );
-        let slow = self.is_static().then_some(
-            "the record is too slow to show what moves the spool: identify leaves out gain, time constant and saturation",
-        );
-        let all = flow.into_iter().chain(closed).chain(slow);
-        all.map(String::from).collect()
+        let closed = (alone && self.is_position_loop()).then_some(Unusual::ClosedLoop);
+        let quickest = self.quickest_change();
+        let slow = self.is_static().then_some(Unusual::TooSlow { quickest });
+        flow.into_iter().chain(closed).chain(slow).collect()
     }
 
     /// Refuses signals in mA that look like a loop of 4-20 mA, whose null is not at zero.

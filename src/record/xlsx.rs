@@ -29,11 +29,11 @@ pub(super) fn is_xlsx(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04")
 }
 
-/// The columns of the only sheet in `bytes` that holds a table; errors name the file `path`.
+/// The columns of the only sheet in `bytes` that holds a table, or of that of this name; errors name the file `path`.
 ///
 /// # Errors
-/// No workbook, damage, more than 128 MiB of content; no sheet with a table, or several.
-pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
+/// No workbook, damage, more than 128 MiB of content; no sheet with a table or of this name, or several without one.
+pub(super) fn parse(path: &str, bytes: &[u8], wanted: Option<&str>) -> Result<Table> {
     let wrong = |problem: String| Error::input(path, problem, SAVE);
     check_size(bytes).map_err(wrong)?;
     let unread = |error: calamine::XlsxError| {
@@ -44,7 +44,16 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     let (mut tables, mut others, mut first_error) = (Vec::new(), Vec::new(), None);
     let sheets = workbook.sheets_metadata().iter();
     let sheets = sheets.filter(|sheet| sheet.typ == SheetType::WorkSheet);
-    let sheets: Vec<String> = sheets.map(|sheet| sheet.name.clone()).collect();
+    let mut sheets: Vec<String> = sheets.map(|sheet| sheet.name.clone()).collect();
+    if let Some(wanted) = wanted {
+        let known = sheets.iter().position(|sheet| sheet == wanted);
+        let Some(known) = known else {
+            let names = listed(sheets.iter().map(String::as_str));
+            let problem = format!("has no sheet {}, only {names}", quoted(wanted));
+            return Err(Error::input(path, problem, "name one of these behind #"));
+        };
+        sheets = vec![sheets.swap_remove(known)];
+    }
     for sheet in sheets {
         let mut cells = workbook.worksheet_cells_reader(&sheet).map_err(unread)?;
         let mut lines = Lines::default();
@@ -74,7 +83,11 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     if several {
         let names = tables.iter().map(|(sheet, _)| sheet.as_str());
         let problem = format!("has tables in the sheets {}", listed(names));
-        return Err(wrong(problem));
+        let remedy = format!(
+            "name one: {}, or {SAVE}",
+            quoted(&format!("{path}#{}", visible(&tables[0].0)))
+        );
+        return Err(Error::input(path, problem, remedy));
     }
     let Some((sheet, table)) = tables.pop() else {
         return Err(first_error.unwrap_or_else(|| wrong("has no sheet with a cell".into())));

@@ -266,7 +266,13 @@ impl Document {
             arguments: call.arguments,
             seconds,
             date: now(),
-            warnings: sheet.notes.iter().cloned().chain(warnings).collect(),
+            warnings: sheet
+                .notes
+                .iter()
+                .cloned()
+                .chain(warnings)
+                .chain(differences(card, &sheet.problem.structure))
+                .collect(),
         }
     }
 
@@ -285,7 +291,8 @@ impl Document {
         self.parameters.extend(other.parameters);
         self.not_identifiable.extend(other.not_identifiable);
         for (own, other) in self.card.iter_mut().zip(other.card) {
-            if own.value.is_none() && other.value.is_some() {
+            let known = |one: &Figure| one.value.is_some() || one.measured.is_some();
+            if !known(own) && known(&other) {
                 *own = other;
             }
         }

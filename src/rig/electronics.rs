@@ -1,10 +1,11 @@
-//! From the held command to what the spool's loop gets: delay, null bias and hysteresis.
+//! From the held command to what the spool's loop gets: delay, gain, null bias and hysteresis.
 
 use super::filter::runge_kutta;
 use super::planted::{Form, Kind, Planted, find, value};
 
 /// The path of the command.
 pub(super) struct Electronics {
+    dc_gain: f64,
     null_bias: f64,
     pade: Option<Pade>,
     hysteresis: Option<Hysteresis>,
@@ -14,10 +15,12 @@ impl Electronics {
     /// The path in equilibrium with `command`.
     pub(super) fn new(planted: &[Planted], command: f64) -> Self {
         let null_bias = value(planted, Kind::NullBias);
+        let dc_gain = find(planted, Kind::DcGain, Form::Usual).map_or(1.0, |p| p.value);
         Self {
+            dc_gain,
             null_bias,
             pade: find(planted, Kind::Delay, Form::Pade).map(|p| Pade::new(p.value, command)),
-            hysteresis: Hysteresis::planted(planted, command + null_bias),
+            hysteresis: Hysteresis::planted(planted, dc_gain * command + null_bias),
         }
     }
 
@@ -28,7 +31,7 @@ impl Electronics {
             None => [command; 2],
         };
         entering.map(|u| {
-            let u = u + self.null_bias;
+            let u = self.dc_gain * u + self.null_bias;
             self.hysteresis.as_mut().map_or(u, |h| h.apply(u))
         })
     }

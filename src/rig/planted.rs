@@ -11,10 +11,14 @@ use std::str::FromStr;
 pub enum Kind {
     /// The command arrives θ late, exactly: u(t − θ). \[s\]
     Delay,
+    /// The loop is asked for a share g of its command: g u. \[1\]
+    DcGain,
     /// The command is off by u0: u + u0. \[V\]
     NullBias,
     /// A play of half-width b on the command: y = max(u − b, min(u + b, y₋)). \[V\]
     Hysteresis,
+    /// The loop has a zero: what moves spool and valve is x + T x'. \[s\]
+    FeedForward,
     /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
     SlewLimit,
     /// Coulomb friction F on the spool: the drive sat(u − x) loses F sign(x'), and the spool sticks while x' = 0 and
@@ -118,10 +122,12 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 21] = [
         Self::Delay,
+        Self::DcGain,
         Self::NullBias,
         Self::Hysteresis,
+        Self::FeedForward,
         Self::SlewLimit,
         Self::Friction,
         Self::FlowForce,
@@ -147,9 +153,11 @@ impl Kind {
         };
         match self {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
+            Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96, &[], &[]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3, &[], &[]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach], &[("width", f64::NAN, &[Form::BoucWen])]),
+            Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator], &[]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,

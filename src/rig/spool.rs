@@ -1,4 +1,4 @@
-//! The spool and its loop: slew limit, friction, flow force and stroke limit.
+//! The spool and its loop: feed-forward, slew limit, friction, flow force and stroke limit.
 
 use super::filter::runge_kutta;
 use super::outsider::{self, Oddity, Outsider, strength};
@@ -21,6 +21,7 @@ pub(super) struct Spool {
     quadratic_damping: f64,
     amplitude_gain: f64,
     detent: f64,
+    feed_forward: f64,
     /// Position, V; velocity, V/s; and the deflection of the bristles, from −1 to 1.
     state: [f64; 3],
 }
@@ -132,13 +133,14 @@ impl Spool {
             quadratic_damping: strength(outsiders, Oddity::QuadraticDamping),
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
             detent: strength(outsiders, Oddity::Detent),
+            feed_forward: value(planted, Kind::FeedForward),
             state: [position, 0.0, 0.0],
         }
     }
 
-    /// Its position, V.
+    /// Its position, V, with what is fed forward of its motion.
     pub(super) fn position(&self) -> f64 {
-        self.state[0]
+        self.state[0] + self.feed_forward * self.state[1]
     }
 
     /// Moves on by `h` s, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is

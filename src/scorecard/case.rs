@@ -64,7 +64,10 @@ impl Case {
     /// The rig refuses it.
     pub fn setup(&self, seed: u64) -> Result<Setup> {
         let mut rng = random(seed, &self.id);
-        let plain = self.conditions(&mut rng);
+        let mut plain = self.conditions(&mut rng);
+        if self.subject.is_seen_in_volts_alone() {
+            plain.spool_unit = SpoolUnit::Volt;
+        }
         let mut setup = plain.clone();
         let open = match &self.subject {
             Subject::Nothing => Vec::new(),

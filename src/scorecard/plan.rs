@@ -158,6 +158,13 @@ pub enum Subject {
     Outsider(Oddity),
 }
 
+impl Subject {
+    /// Whether a spool in another unit than the command's hides it: its ratio to the command is then the base model's.
+    pub(super) fn is_seen_in_volts_alone(&self) -> bool {
+        matches!(self, Self::Effects(effects) if effects.iter().any(|e| e.kind == Kind::DcGain))
+    }
+}
+
 impl Display for Subject {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {

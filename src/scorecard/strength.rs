@@ -33,6 +33,8 @@ struct Dial {
     weakest: f64,
     strongest: f64,
     negative: bool,
+    /// The value of what is absent.
+    absent: f64,
 }
 
 impl Dial {
@@ -43,6 +45,7 @@ impl Dial {
             weakest: 1e-4 * usual,
             strongest,
             negative: false,
+            absent: 0.0,
         }
     }
 
@@ -53,7 +56,12 @@ impl Dial {
             weakest,
             strongest,
             negative: false,
+            absent: 0.0,
         }
+    }
+
+    fn from(self, absent: f64) -> Self {
+        Self { absent, ..self }
     }
 
     fn signed(self, rng: &mut ChaCha8Rng) -> Self {
@@ -77,7 +85,7 @@ impl Dial {
             true => (self.usual / strength).clamp(self.strongest, self.weakest),
             false => (self.usual * strength).clamp(self.weakest, self.strongest),
         };
-        if self.negative { -value } else { value }
+        self.absent + if self.negative { -value } else { value }
     }
 }
 
@@ -114,8 +122,10 @@ impl Open {
         let speed = valve.gain * valve.saturation;
         let dial = match kind {
             Kind::Delay => Dial::rising(0.002, 0.08),
+            Kind::DcGain => Dial::rising(0.03, 0.4).signed(rng).from(1.0),
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),
+            Kind::FeedForward => Dial::rising(0.003, 0.1),
             Kind::SlewLimit => Dial::limit(2.0 * speed, 0.7 * speed, 0.05 * speed),
             Kind::Friction => Dial::rising(0.1, 0.8 * valve.saturation.min(3.0)),
             Kind::FlowForce => Dial::rising(0.1, 0.9),

@@ -5,6 +5,7 @@ use servobee::evaluate::Problem;
 use servobee::model::effects::{CATALOGUE, Effect, Scale, Trial};
 use servobee::model::valve::{Drop, ValveForm};
 use servobee::model::{Hold, Output, Outputs, Parameter, ServoValve, Structure};
+use servobee::rig::{RATED_DROP, Valve};
 
 /// A spool and its flow at rated drop.
 pub(crate) fn bench() -> Structure {
@@ -37,6 +38,16 @@ pub(crate) const BASE: [(&str, f64); 6] = [
     ("max_area", 0.416),
     ("piston_area", 20.0),
 ];
+
+/// The area, cm2, at which a linear valve with these parameters passes the rated flow of the rig's `valve`.
+pub(crate) fn area_of(valve: &Valve, parameters: &[Parameter]) -> f64 {
+    let start = |name: &str| {
+        let parameter = parameters.iter().find(|p| p.name == name);
+        parameter.expect("a parameter of the valve").nominal()
+    };
+    let speed = (RATED_DROP * 1e5 / start("density")).sqrt();
+    valve.rated_flow / 6e4 / speed / start("discharge_coefficient") * 1e4
+}
 
 /// The size of things in the records of [`Record`], for rows 1 ms apart.
 pub(crate) fn scale(structure: &Structure) -> Scale {

@@ -10,7 +10,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 seconds=${1:-60}
 shift || true
 targets=("$@")
-[ ${#targets[@]} -gt 0 ] || targets=(record_csv record_mat curve model_file checkpoint identify)
+[ ${#targets[@]} -gt 0 ] || targets=(record_csv record_mat record_xlsx curve model_file checkpoint identify)
 
 # The files that a target begins with, and its own options.
 seeds() {
@@ -18,6 +18,7 @@ seeds() {
         record_csv) cp tests/data/mat/record.csv tests/data/bad/*.csv "$2" 2> /dev/null || true
             head -n 60 tests/data/bench.csv > "$2/bench.csv" ;;
         record_mat) cp tests/data/mat/*.mat tests/data/bad/*.mat "$2" 2> /dev/null || true ;;
+        record_xlsx) cp tests/fuzz/seeds/record_xlsx/*.xml tests/data/bad/*.xlsx "$2" 2> /dev/null || true ;;
         curve) cp src/record/cases/*.csv "$2" ;;
         model_file) cp tests/fuzz/seeds/model_file/*.toml tests/data/bad/*.toml "$2" 2> /dev/null || true ;;
         # The second byte says which effects are looked for, and whether a card is drawn.
@@ -29,7 +30,7 @@ seeds() {
 options() {
     case $1 in
         record_csv | curve) echo -dict=tests/fuzz/csv.dict -max_len=4096 ;;
-        record_mat) echo -max_len=16384 ;;
+        record_mat | record_xlsx) echo -max_len=16384 ;;
         model_file) echo -dict=tests/fuzz/model.dict -max_len=4096 ;;
         identify) echo -max_len=1024 ;;
     esac

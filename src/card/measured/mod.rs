@@ -1,12 +1,14 @@
 //! The figures of the card as the measured curves show them, by the constructions of ISO 10770-1 and without any model: from
-//! slow cycles, from responses to sines and other rich commands, and from steps.
+//! slow cycles and slow small reversals, from responses to sines and other rich commands, and from steps.
 
 mod accuracy;
 mod blocked;
 mod frequency;
 mod reading;
+pub(super) mod sheet;
 mod step;
 mod sweep;
+mod threshold;
 
 use super::bench::DROP;
 use super::cycle::Cycle;
@@ -23,6 +25,7 @@ pub use reading::Reading;
 use reading::short;
 use step::Steps;
 use sweep::Sweep;
+use threshold::Thresholds;
 
 /// Rows with less than this share of the rated drop say nothing about the flow at the rated one.
 const LEAST_DROP: f64 = 0.1;
@@ -38,6 +41,7 @@ pub struct Measured {
     responses: Vec<Result<Empirical, String>>,
     steps: Result<Steps, String>,
     blocked: Blocked,
+    thresholds: Result<Thresholds, String>,
     sensors: Sensors,
 }
 
@@ -89,6 +93,7 @@ impl Measured {
             responses: responses.collect(),
             steps: Steps::of(&moving, full),
             blocked: Blocked::of(records, full),
+            thresholds: Thresholds::of(&columns, output, full),
             sensors: Sensors {
                 output: accuracy.of(output),
                 command: accuracy.of(Channel::Command),
@@ -140,6 +145,10 @@ impl Measured {
                 );
                 Ok(Reading::around(value, half.hypot(sensors), test))
             }
+            Source::Threshold => {
+                let found = self.thresholds.as_ref().map_err(Clone::clone)?;
+                Ok(found.reading(self.sensors.command))
+            }
             Source::AmplitudeLimit(amplitude) => {
                 self.limit(amplitude, |one| one.amplitude_limit(hold))
             }
@@ -173,6 +182,8 @@ impl Measured {
     }
 
     /// How far the sensors may be off in a figure of the slow cycle that is read off the model's cycle: it was fitted to them.
+    /// From figures of response and step their offsets and gains cancel: these are where the output has fallen to a share of its
+    /// own, or gone one of its own way, and when.
     pub(super) fn sensors_in(&self, figure: &Definition, cycle: &Cycle) -> f64 {
         match figure.source {
             Source::Cycle(own) => self.sensors.half_width(cycle, self.full, own),

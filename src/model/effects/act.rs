@@ -92,9 +92,9 @@ pub trait Act<R: Real> {
         (lead, spool)
     }
 
-    /// Where a spool is that an integration step has at `spool`.
+    /// Where a spool is that an integration step has at `spool`, moving at `speed`.
     #[inline(always)]
-    fn place(&self, spool: R) -> R {
+    fn place(&self, spool: R, _speed: R) -> R {
         spool
     }
 

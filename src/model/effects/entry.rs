@@ -154,6 +154,20 @@ pub(super) fn moves_a_spool(structure: &Structure) -> bool {
     structure.has(Port::Actuator)
 }
 
+/// Whether what moves is the spool itself, not the piston of a loop that is closed around the valve.
+pub(super) fn moves_no_piston(structure: &Structure) -> bool {
+    moves_a_spool(structure) && loop_output(structure) != Some(Output::Position)
+}
+
+/// The output that shows where a closed loop is: the spool, or a position that no flow drives.
+pub(super) fn loop_output(structure: &Structure) -> Option<Output> {
+    let outputs = [Output::Spool, Output::Position].into_iter();
+    let shows = |&output: &Output| structure.observes(output) && !structure.follows_flow(output);
+    outputs
+        .filter(shows)
+        .find(|_| structure.has(Port::Actuator))
+}
+
 pub(super) fn has_a_valve(structure: &Structure) -> bool {
     structure.has(Port::Area)
 }
@@ -221,6 +235,12 @@ impl Effect {
         Action::<f64>::new(self.entry.name, || 1.0)
             .delay()
             .is_some()
+    }
+
+    /// Whether it puts a spool that moves ahead of where the loop has it.
+    pub(crate) fn leads(&self) -> bool {
+        let action = Action::<f64>::new(self.entry.name, || 1.0);
+        action.place(0.0, 1.0) > 0.0
     }
 
     /// The view that shows it best.

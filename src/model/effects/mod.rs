@@ -75,8 +75,8 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.end_step(lead, spool, drive, start, step),)* Self::Own(users) => users.0.end_step(lead, spool, drive, start, step) }
             }
             #[inline(always)]
-            fn place(&self, spool: R) -> R {
-                match self { $(Self::$Type(effect) => effect.place(spool),)* Self::Own(users) => users.0.place(spool) }
+            fn place(&self, spool: R, speed: R) -> R {
+                match self { $(Self::$Type(effect) => effect.place(spool, speed),)* Self::Own(users) => users.0.place(spool, speed) }
             }
             #[inline(always)]
             fn opening(&self, opening: R) -> R {
@@ -116,8 +116,10 @@ macro_rules! catalogue {
 
 catalogue! {
     delay::Delay,
+    dc_gain::DcGain,
     null_bias::NullBias,
     hysteresis::Hysteresis,
+    feed_forward::FeedForward,
     slew_limit::SlewLimit,
     flow_force::FlowForce,
     friction::Friction,

@@ -52,7 +52,7 @@ impl<R: Real> StrokeLimit<R> {
 
 impl<R: Real> Act<R> for StrokeLimit<R> {
     #[inline(always)]
-    fn place(&self, spool: R) -> R {
+    fn place(&self, spool: R, _speed: R) -> R {
         spool.clamp(-self.limit, self.limit)
     }
 

@@ -17,7 +17,7 @@ pub use propose::Proposal;
 pub use timing::{Gap, Timing};
 
 use super::conversion::Conversion;
-use super::mapping::{Mapping, known};
+use super::mapping::{Mapping, known, small};
 use super::table::Table;
 use super::target::Target;
 use super::{Reading, Record, file};
@@ -71,13 +71,10 @@ fn of(mut table: Table, reading: &Reading) -> Result<Inspection> {
 fn of_table(table: &Table, reading: &Reading) -> Inspection {
     let mappings = &reading.mappings;
     let taken = known(table, mappings);
-    let Proposed { proposals, doubts } = proposals(table, &taken);
+    let Proposed { proposals, doubts } = proposals(table, &taken, mappings);
     let mut all = taken.clone();
-    all.extend(
-        proposals
-            .iter()
-            .map(|p| (p.target, (p.index, p.mapping.conversion))),
-    );
+    let first = proposals.iter().filter(|p| p.mapping.below.is_none());
+    all.extend(first.map(|p| (p.target, (p.index, p.mapping.conversion))));
 
     let proposed = proposals.iter().map(|proposal| proposal.mapping.clone());
     let with_proposals = Reading {
@@ -90,11 +87,19 @@ fn of_table(table: &Table, reading: &Reading) -> Inspection {
             (*at == index).then(|| format!("{target} {conversion}"))
         };
         let label = &table.columns[index].label;
+        let second = |mappings: &[Mapping]| {
+            let mut all = small(table, mappings).into_iter();
+            all.find(|one| one.index == index)
+                .map(|one| format!("{} {}, below {}", one.target, one.conversion, one.below))
+        };
         let taken_as = taken.iter().find_map(as_text);
+        let taken_as = taken_as.or_else(|| second(mappings));
+        let proposed = all.iter().find_map(as_text);
+        let proposed = proposed.or_else(|| second(&with_proposals.mappings));
         Inspected {
             name: label.text.clone(),
             unit: label.unit.clone(),
-            proposed: all.iter().find_map(as_text).filter(|_| taken_as.is_none()),
+            proposed: proposed.filter(|_| taken_as.is_none()),
             taken_as,
             values: Values::of(&table.columns[index]),
         }
@@ -126,8 +131,8 @@ fn of_table(table: &Table, reading: &Reading) -> Inspection {
         problem_left: record.err().map(|error| error.to_string()),
     };
     let suspicions = suspicions(&signals, &inspection);
-    let bench = bench.unwrap_or_default();
-    inspection.warnings.extend(bench);
+    let bench = bench.unwrap_or_default().into_iter();
+    inspection.warnings.extend(bench.map(|one| one.to_string()));
     inspection.warnings.extend(doubts);
     inspection.warnings.extend(suspicions);
     inspection

@@ -4,6 +4,8 @@ use super::follow::{Follows, follows};
 use super::names::{COUNTS, Meaning, is_no_signal, meanings};
 use super::targets::{COMMAND, Targets};
 use crate::record::column::{Column, Odd};
+use crate::record::mapping::small;
+use crate::record::ranges::limit;
 use crate::record::table::Table;
 use crate::record::target::Target;
 use crate::record::text::{listed, quoted};
@@ -39,7 +41,8 @@ pub(super) struct Proposed {
 
 /// Proposals for the columns of `table` that are not in `taken`, and for the targets that are not. All are of one test: of
 /// columns that are equally long, those that make the most of a record.
-pub(super) fn proposals(table: &Table, taken: &Targets) -> Proposed {
+pub(super) fn proposals(table: &Table, taken: &Targets, mappings: &[Mapping]) -> Proposed {
+    let small: Vec<usize> = small(table, mappings).iter().map(|one| one.index).collect();
     let taken: BTreeMap<Target, usize> = taken
         .iter()
         .map(|(&target, &(index, _))| (target, index))
@@ -55,6 +58,7 @@ pub(super) fn proposals(table: &Table, taken: &Targets) -> Proposed {
         let mut finder = Finder {
             table,
             taken: taken.clone(),
+            small: small.clone(),
             length,
             doubtful: Vec::new(),
             proposed: Proposed::default(),
@@ -85,6 +89,8 @@ fn length(column: &Column) -> usize {
 struct Finder<'a> {
     table: &'a Table,
     taken: BTreeMap<Target, usize>,
+    /// Columns that are second meters of these.
+    small: Vec<usize>,
     /// How long the columns are that are looked at.
     length: usize,
     /// Columns whose unit only the user knows.
@@ -94,6 +100,7 @@ struct Finder<'a> {
 
 impl Finder<'_> {
     fn find(&mut self) {
+        self.two_meters();
         self.by_name();
         self.time_by_values();
         self.by_likeness();
@@ -152,9 +159,78 @@ impl Finder<'_> {
             self.has_numbers(column)
                 && self.is_of_this_test(column)
                 && !self.doubtful.contains(&index)
+                && !self.small.contains(&index)
                 && self.taken.values().all(|taken| *taken != index)
         };
         (0..self.table.columns.len()).filter(free).collect()
+    }
+
+    /// Two meters of one flow, of which one ends where the other goes on.
+    fn two_meters(&mut self) {
+        const FLOW: Target = Target::Channel(Channel::Flow);
+        let first = self.taken.get(&FLOW).copied();
+        let unit = |index: usize| {
+            let says = |meaning: &Meaning| meaning.target == FLOW;
+            let label = &self.column(index).label;
+            let meaning = meanings(label).into_iter().find(says)?;
+            let unit = meaning.unit?;
+            let known = Quantity::Flow.unit(Some(&unit), "").ok()?;
+            let values = self.values(index).iter();
+            Some((
+                index,
+                unit,
+                values
+                    .map(|value| known.convert(*value))
+                    .collect::<Vec<f64>>(),
+            ))
+        };
+        let free = self.free();
+        let all = || free.iter().copied().filter_map(unit);
+        let small: Vec<(usize, String, Vec<f64>)> = all().collect();
+        let large = match first {
+            Some(index) => unit(index).into_iter().collect(),
+            None => small.clone(),
+        };
+        let pairs = large
+            .iter()
+            .flat_map(|large| small.iter().map(move |small| (large, small)));
+        let found = pairs.filter_map(|(large, small)| {
+            let limit = limit(&small.2, &large.2)?;
+            Some((large.0, large.1.clone(), small.0, small.1.clone(), limit))
+        });
+        let found: Vec<_> = found.collect();
+        let [(large, large_unit, small, small_unit, limit)] = &found[..] else {
+            return;
+        };
+        let names = [*small, *large].map(|index| quoted(&self.column(index).label.text));
+        if first.is_none() {
+            let reason = format!("it goes on where {} ends", names[0]);
+            self.propose(*large, FLOW, Some(large_unit.clone()), reason);
+        }
+        let reason = format!(
+            "it is {} up to {limit} L/min and stays at its end beyond: the meter for small flows",
+            names[1]
+        );
+        let unit = Quantity::Flow
+            .unit(Some(small_unit), "")
+            .expect("it was known");
+        let written = limit / unit.convert(1.0);
+        let map = format!(
+            "{}=flow [{small_unit}] below {:.3}",
+            self.name(*small),
+            written
+        );
+        if let Ok(mapping) = map.parse() {
+            self.small.push(*small);
+            self.proposed.proposals.push(Proposal {
+                column: self.column(*small).label.text.clone(),
+                map: format!("{mapping}"),
+                reason,
+                index: *small,
+                target: FLOW,
+                mapping,
+            });
+        }
     }
 
     /// The surest names first; of two that are as sure, neither.

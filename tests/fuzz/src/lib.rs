@@ -4,6 +4,9 @@
 use servobee::record::inspect::Inspection;
 use servobee::record::{Mapping, Record};
 use servobee::{Error, Result};
+use std::io::{Cursor, Write};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
 
 /// Longest message that a user should have to read, in bytes.
 const LONGEST_MESSAGE: usize = 4000;
@@ -66,6 +69,39 @@ pub fn record(path: &str, bytes: &[u8]) {
     if let Some(record) = located(path, Record::parse(path, bytes, &maps)) {
         assert_sound(&record);
     }
+}
+
+/// A workbook whose one sheet has this content.
+pub fn workbook(sheet: &[u8]) -> Vec<u8> {
+    const OFFICE: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+    const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+    let link = |name: &str, kind: &str, target: &str| {
+        format!(
+            "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship \
+             Id=\"{name}\" Type=\"{OFFICE}/{kind}\" Target=\"{target}\"/></Relationships>"
+        )
+    };
+    let book = format!(
+        "<workbook xmlns=\"{MAIN}\" xmlns:r=\"{OFFICE}\"><sheets><sheet name=\"A\" sheetId=\"1\" r:id=\"a\"/></sheets></workbook>"
+    );
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+    for (name, content) in [
+        (
+            "_rels/.rels",
+            link("w", "officeDocument", "xl/workbook.xml").as_bytes(),
+        ),
+        ("xl/workbook.xml", book.as_bytes()),
+        (
+            "xl/_rels/workbook.xml.rels",
+            link("a", "worksheet", "worksheets/a.xml").as_bytes(),
+        ),
+        ("xl/worksheets/a.xml", sheet),
+    ] {
+        zip.start_file(name, stored).expect("a file in memory");
+        zip.write_all(content).expect("a file in memory");
+    }
+    zip.finish().expect("a file in memory").into_inner()
 }
 
 /// Times that rise, and finite values at each of them.

@@ -335,7 +335,11 @@ impl<R: Real> ServoValveEquations<R> {
             #[inline(always)]
             || {
                 let zero = R::constant(0.0);
-                let spool = ports.place(self.spool(state, input));
+                let speed = match &self.actuator {
+                    Some(actuator) => ports.speed(actuator.speed(state[INTEGRATOR], state[SPOOL])),
+                    None => zero,
+                };
+                let spool = ports.place(self.spool(state, input), speed);
                 let mut opening = spool;
                 let (mut flow, mut drop) = (zero, zero);
                 let mut supplied = None;

@@ -11,7 +11,7 @@ use crate::model::valve::{
     self, AreaLaw, DENSITY, DISCHARGE_COEFFICIENT, Drop, MAX_AREA, Meter, RATED_DROP, ValveForm,
 };
 use crate::model::{Hold, Output, Outputs, Parameter, Structure};
-use crate::record::{Channel, Direction, Record, Series, full_scale};
+use crate::record::{Channel, Direction, Record, Series, Unusual, full_scale};
 use crate::{Error, Result};
 
 /// Bounds of what follows from the ratio of two ranges lie this factor to either side of it.
@@ -161,39 +161,23 @@ pub fn remarks(structure: &Structure, records: &[Record]) -> Vec<String> {
     let Some(base) = structure.servo_valve() else {
         return Vec::new();
     };
-    let mut list = Vec::new();
-    if base.drive == Drive::Direct && records.iter().all(Record::is_static) {
-        let quickest = records.iter().map(Record::quickest_change);
-        list.push(format!(
-            "the records show nothing of what moves the spool: but for jumps the command changes by at most {:.2} % of its range in 50 ms. \
-             Gain, time constant and saturation are left out and so are effects that only quick motion shows; the spool is where the command is (a model file with \
-             drive = \"actuator\" keeps them)",
-            100.0 * quickest.fold(0.0, f64::max)
-        ));
-    }
-    if base.polarity == Polarity::Negative {
-        list.push(
-            "the flow falls where the command rises: the valve is taken to have negative polarity. If the meter or the command \
-             is inverted instead, --map \"COLUMN=flow [L/min] *-1\" says so"
-                .into(),
-        );
-    }
-    if base.piston == Piston::Servo && structure.command_unit != "mm" {
-        list.push(
-            "the position follows the command: it is taken to be that of a closed loop (a model file with piston = \"integrated\" \
-             takes it for that of a cylinder which the valve drives)"
-                .into(),
-        );
-    }
-    if base
-        .valve
-        .as_ref()
-        .is_some_and(|valve| valve.meter == Meter::Supply)
-    {
-        list.push("the flow is taken to be that of the pressure line, which has no sign".into());
-    }
-    list.extend(blocked::remarks(structure, records));
-    list
+    let quickest = records.iter().map(Record::quickest_change);
+    let quickest = quickest.fold(0.0, f64::max);
+    let slow = base.drive == Drive::Direct && records.iter().all(Record::is_static);
+    let closed = base.piston == Piston::Servo && structure.command_unit != "mm";
+    let meter = base.valve.as_ref().map(|valve| valve.meter);
+    let all = [
+        (slow, Unusual::TooSlow { quickest }),
+        (
+            base.polarity == Polarity::Negative,
+            Unusual::NegativePolarity,
+        ),
+        (closed, Unusual::ClosedLoop),
+        (meter == Some(Meter::Supply), Unusual::NoSign),
+    ];
+    let own = all.into_iter().filter(|(is, _)| *is);
+    let own = own.map(|(_, unusual)| unusual.to_string());
+    own.chain(blocked::remarks(structure, records)).collect()
 }
 
 /// The unit that a channel has in all records.

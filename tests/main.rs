@@ -19,6 +19,7 @@ mod gpu;
 mod html;
 mod identify;
 mod inspect;
+mod limits;
 mod loggers;
 mod mat;
 mod model_file;

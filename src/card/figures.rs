@@ -7,6 +7,7 @@ use super::quantity::{AMPLITUDES, Quantity};
 use super::response::Response;
 use super::step::Step;
 use crate::evaluate::Problem;
+use crate::model::Structure;
 
 /// Everything that is done with a valve on the bench.
 pub(super) struct Tests {
@@ -131,6 +132,11 @@ pub(super) struct Definition {
 }
 
 impl Definition {
+    /// Its unit on a valve of this structure.
+    pub(super) fn unit_on(&self, structure: &Structure) -> String {
+        self.unit.replace("command", &structure.command_unit)
+    }
+
     /// Whether it is zero for whatever values the parameters have where the model lacks what causes it. A spool that moves
     /// overshoots or does not: that follows from the values.
     pub(super) fn has_a_cause_of_its_own(&self) -> bool {

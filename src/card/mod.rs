@@ -16,7 +16,7 @@ mod response;
 mod step;
 
 use crate::evaluate::Problem;
-use crate::model::Hold;
+use crate::model::{Hold, Structure};
 use crate::search::Fit;
 use crate::search::polish::spread;
 use bench::Bench;
@@ -53,6 +53,13 @@ pub struct Figure {
     pub measured: Option<Reading>,
     /// Why it was not measured; null where it was.
     pub no_measured: Option<String>,
+}
+
+/// What every card has figures of, each with its unit where the valve is of this structure.
+pub fn units(structure: &Structure) -> impl Iterator<Item = (Quantity, String)> {
+    FIGURES
+        .iter()
+        .map(|figure| (figure.quantity, figure.unit_on(structure)))
 }
 
 /// Why a value has no interval: zero is all that the model can say.
@@ -168,9 +175,7 @@ impl Card {
             Figure {
                 quantity: figure.quantity,
                 label: conditions.label(figure),
-                unit: figure
-                    .unit
-                    .replace("command", &problem.structure.command_unit),
+                unit: figure.unit_on(&problem.structure),
                 value: found.as_ref().ok().map(|(value, _)| *value),
                 low: known.ok().map(|[low, _]| low),
                 high: known.ok().map(|[_, high]| high),

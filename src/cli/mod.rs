@@ -9,6 +9,7 @@ pub(crate) mod colour;
 mod completions;
 mod datasheet;
 mod devices;
+mod diagnosis;
 mod effects;
 mod export;
 mod identify;

@@ -19,20 +19,20 @@ impl Options {
     /// The checkpoint is there and not asked for, of another run, or cannot be written.
     pub(super) fn begin(&self, run: u64) -> Result<Work> {
         let path = self.checkpoint_path();
-        if self.resume && path.is_none() {
+        if self.run.resume && path.is_none() {
             return Err(Error::input(
                 "--resume",
                 "there is no checkpoint to go on from",
                 "add the --out or --checkpoint of the run that was cut off",
             ));
         }
-        let open = |path: PathBuf| match self.resume {
+        let open = |path: PathBuf| match self.run.resume {
             true => Checkpoint::resume(&path, run),
-            false => Checkpoint::create(&path, run, self.force),
+            false => Checkpoint::create(&path, run, self.run.force),
         };
         let checkpoint = path.map(open).transpose()?;
         if let Some(checkpoint) = &checkpoint
-            && self.resume
+            && self.run.resume
             && self.talks()
         {
             tell!(

@@ -30,6 +30,7 @@ pub use format::{Dialect, Format};
 pub use mapping::Mapping;
 pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
+pub(crate) use unit::conversion_between;
 pub use unit::{Quantity, Unit};
 pub use wiring::Direction;
 pub(crate) use wiring::ends;

@@ -4,6 +4,7 @@ use super::findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport,
     RemainingReport,
 };
+use super::limits::LimitReport;
 use super::no_name::asked;
 use super::noise::{NoiseSource, disagreements};
 use super::number::number;
@@ -59,6 +60,8 @@ pub struct Document {
     pub not_identifiable: Vec<String>,
     /// The valve card: figures in the terms of ISO 10770-1, from the result.
     pub card: Vec<Figure>,
+    /// The limits that the valve has to keep, and whether it does: see [`Document::judge`]. None where none was given.
+    pub limits: Vec<LimitReport>,
     /// What is left.
     pub remaining: RemainingReport,
     /// Largest change of each channel's simulation when the integration steps are halved, in its unit.
@@ -187,6 +190,7 @@ impl Document {
             not_identifiable: not_identifiable(&after.fit),
             parameters,
             card: figures(card, identified.verdict),
+            limits: Vec::new(),
             remaining,
             integration_error: integration_error.clone(),
             evaluator: chosen.evaluator.describe(),
@@ -252,6 +256,7 @@ impl Document {
             parameters: ParameterReport::of(&sheet.problem, &result.fit),
             not_identifiable: not_identifiable(&result.fit),
             card: card.figures.clone(),
+            limits: Vec::new(),
             remaining: RemainingReport::default(),
             integration_error: names.zip(integration_error.iter().copied()).collect(),
             evaluator: chosen.evaluator.describe(),

@@ -5,6 +5,7 @@ mod document;
 pub mod explain;
 mod findings;
 mod html;
+mod limits;
 mod model_file;
 mod no_name;
 mod noise;
@@ -13,6 +14,7 @@ mod output;
 mod output_file;
 mod parameter;
 mod provenance;
+mod toml_text;
 
 pub use document::{Document, SCHEMA};
 pub use findings::{
@@ -20,6 +22,7 @@ pub use findings::{
     RemainingReport,
 };
 pub use html::{datasheet_page, page};
+pub use limits::{Limit, LimitReport, Limits, Outcome};
 pub use model_file::ModelFile;
 pub use no_name::{not_diagnosed, unexplained};
 pub use noise::NoiseSource;

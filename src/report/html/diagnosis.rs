@@ -24,6 +24,10 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
     };
     let content = html! {
         (section("card", "The valve", card::all(card, &document.card, identified)))
+        @if !document.limits.is_empty() {
+            (section("limits", &format!("Limits: {} of {} are met", document.limits_met(), document.limits.len()),
+                card::limits(&document.limits)))
+        }
         (section("time", "Measured and simulated", html! {
             @for (output, rows) in &channels { (time::over_time(identified, *output, rows)) }
             (tables::errors(identified))

@@ -2,11 +2,13 @@
 
 mod bad;
 mod base_model;
+mod batch;
 mod bees;
 mod browser;
 mod card;
 mod commands;
 mod common;
+mod compare;
 mod datasheet;
 mod diagnosis;
 mod effects;

@@ -79,6 +79,11 @@ const NOT_FITTED: &str = "not fitted";
 const ARITHMETIC: f64 = 1e-3;
 
 impl Figure {
+    /// Whether it is zero because the model has nothing that causes it.
+    pub fn is_none_in_model(&self) -> bool {
+        self.no_interval == Some(NONE_IN_MODEL)
+    }
+
     /// The figure of a model that does not explain its record: intervals assume that it does.
     pub fn without_interval(self) -> Self {
         let known = self.no_interval.or(self.value.map(|_| UNEXPLAINED));

@@ -4,7 +4,7 @@ use super::colour;
 use super::table::{number, table};
 use servobee::card::Figure;
 use servobee::diagnose::Verdict;
-use servobee::report::{Document, LimitReport, explain};
+use servobee::report::{Document, LimitReport, explain, met};
 
 /// Prints the figures that the model or a measurement gives, by which tests they were measured, and why there are no others.
 /// Conditions are in the report.
@@ -64,13 +64,12 @@ pub(super) fn print(document: &Document) {
 }
 
 /// Prints which limits are met, if there are any.
-pub(super) fn print_limits(document: &Document) {
-    let limits = &document.limits;
+pub(super) fn print_limits(limits: &[LimitReport]) {
     if limits.is_empty() {
         return;
     }
-    let met = document.limits_met();
-    colour::answer(format_args!("{met} of {} limits are met.", limits.len()));
+    let (met, all) = (met(limits), limits.len());
+    colour::answer(format_args!("{met} of {all} limits are met."));
     let row = |one: &LimitReport| {
         let interval = match (one.low, one.high) {
             (Some(low), Some(high)) => format!("{} .. {}", number(low), number(high)),

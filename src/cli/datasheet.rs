@@ -159,6 +159,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             Call {
                 arguments: options::arguments(),
                 files: curves(arguments),
+                ..Call::default()
             },
             warnings,
         );
@@ -182,7 +183,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     arguments
         .options
-        .hand_over(&report, output, || files::files(&all, &report))?;
+        .hand_over(&report.to_json(), output, || files::files(&all, &report))?;
     work.end(broken_off.as_deref())
 }
 

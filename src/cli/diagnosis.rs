@@ -1,17 +1,18 @@
 //! From records to a diagnosed model and its card: the way that a command goes with one valve, and again with many.
 
 use super::interrupt;
-use super::options::{RunOptions, spinner};
+use super::options::RunOptions;
 use super::reading::ReadingOptions;
 use super::table::number;
 use super::work::{Work, interrupted};
+use indicatif::ProgressBar;
 use servobee::card::{Accuracy, Card, Measured};
 use servobee::diagnose::{self, Cut, IdentificationProblem, Identified, ROWS, identify};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{Chosen, Fingerprint, parameters_for, structure_for};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Reading, Record, check_mappings, usual_full_scale};
-use servobee::report::{Call, Document, InputFile, Limit, Limits, ModelFile};
+use servobee::report::{About, Call, Document, InputFile, Limit, Limits, ModelFile};
 use servobee::search::Plan;
 use servobee::{Error, Result};
 use std::path::PathBuf;
@@ -45,6 +46,9 @@ pub(super) struct DiagnosisOptions {
     /// parameters: met by whole 95 % intervals; exit code 3 unless all are
     #[arg(long, value_name = "LIMITS.toml")]
     limits: Option<PathBuf>,
+    /// What the report shall say of the valve and the test: "serial = 4711, operator = J. Doe, oil = ISO VG 46"
+    #[arg(long, value_name = "NAME=VALUE,...")]
+    about: Option<About>,
 }
 
 /// What the call says of every record that it diagnoses.
@@ -86,6 +90,7 @@ impl DiagnosisOptions {
             seed: run.seed,
             call: Call {
                 arguments: super::options::arguments(),
+                about: self.about.clone().unwrap_or_default(),
                 files: beside.map(|path| InputFile::at(path)).collect(),
             },
         })
@@ -93,6 +98,18 @@ impl DiagnosisOptions {
 }
 
 impl Setup {
+    /// What tells results of this call from those of any other, whatever the records.
+    pub(super) fn fingerprint(&self) -> String {
+        let names: Vec<&str> = self.entries.iter().map(|entry| entry.name).collect();
+        let files = &self.call.files;
+        let mut fingerprint = Fingerprint::default();
+        fingerprint.text(&format!(
+            "{:?} {names:?} {} {:?} {:?} {:?} {} {files:?}",
+            self.reading, self.max_effects, self.accuracy, self.cut, self.full_scale, self.seed
+        ));
+        format!("{:016x}", fingerprint.finish())
+    }
+
     /// The records at `paths`, each with a channel that can be fitted.
     ///
     /// # Errors
@@ -111,12 +128,25 @@ impl Setup {
     /// # Errors
     /// Records in which nothing moves, that have not the same channels, or that the model file does not suit.
     pub(super) fn prepare(&self, records: &[Record], held_out: &[Record]) -> Result<Prepared> {
+        self.prepare_among(records, records, held_out)
+    }
+
+    /// The same, on the base model that all of `family` ask for, of which `records` are some.
+    ///
+    /// # Errors
+    /// As of [`Setup::prepare`].
+    pub(super) fn prepare_among(
+        &self,
+        family: &[Record],
+        records: &[Record],
+        held_out: &[Record],
+    ) -> Result<Prepared> {
         let all: Vec<&Record> = records.iter().chain(held_out).collect();
         check_mappings(&self.reading.mappings, &all)?;
         records.iter().try_for_each(Record::check_excited)?;
         let mut structure = match &self.file {
-            Some(file) => file.structure(|| structure_for(records))?,
-            None => structure_for(records)?,
+            Some(file) => file.structure(|| structure_for(family))?,
+            None => structure_for(family)?,
         };
         let says_full_scale = self.file.as_ref().is_some_and(ModelFile::says_full_scale);
         match self.full_scale {
@@ -126,7 +156,7 @@ impl Setup {
                 .iter()
                 .try_for_each(|record| record.check_live_zeros())?,
         }
-        let parameters = parameters_for(&structure, records);
+        let parameters = parameters_for(&structure, family);
         let parameters = match &self.file {
             Some(file) => file.parameters(parameters)?,
             None => parameters,
@@ -190,6 +220,25 @@ impl Prepared {
         }
     }
 
+    /// What the records show of the card.
+    pub(super) fn measured(&self) -> Measured {
+        self.measured.clone()
+    }
+
+    /// How it is fitted, with what `work` remembers.
+    pub(super) fn plan(&self, work: &Work) -> Plan {
+        Plan {
+            memory: work.memory.clone(),
+            ..self.plan.clone()
+        }
+    }
+
+    /// The command between two rows is taken as in `other`: one logger wrote both.
+    pub(super) fn takes_hold_of(&mut self, other: &Identified) {
+        self.problem.structure.hold = other.after.problem.structure.hold;
+        self.problem.hold_known = true;
+    }
+
     /// What tells this diagnosis from any other.
     pub(super) fn fingerprint(&self) -> u64 {
         let Self {
@@ -210,16 +259,17 @@ impl Prepared {
         fingerprint.finish()
     }
 
-    /// The diagnosis, the card of its result, and what the user has to be told of the run.
+    /// The diagnosis, the card of its result, and what the user has to be told of the run; `bar` shows the stage.
     ///
     /// # Errors
     /// As of [`identify`] and [`Work::run`].
-    pub(super) fn diagnose(self, chosen: &mut Chosen, work: &Work) -> Result<Diagnosed> {
-        let plan = Plan {
-            memory: work.memory.clone(),
-            ..self.plan
-        };
-        let bar = spinner();
+    pub(super) fn diagnose(
+        self,
+        chosen: &mut Chosen,
+        work: &Work,
+        bar: &ProgressBar,
+    ) -> Result<Diagnosed> {
+        let plan = self.plan(work);
         let result = work.run(chosen, |evaluator| {
             identify(
                 self.problem.clone(),
@@ -233,7 +283,7 @@ impl Prepared {
             )
         });
         bar.set_message("valve card");
-        let result = result.map(|(identified, of_run)| {
+        result.map(|(identified, of_run)| {
             let after = &identified.after;
             let hold = after.problem.structure.hold;
             let card = Card::of(&after.problem, &after.fit).beside(self.measured, hold);
@@ -248,9 +298,7 @@ impl Prepared {
                 limits: self.limits,
                 warnings,
             }
-        });
-        bar.finish_and_clear();
-        result
+        })
     }
 }
 

@@ -1,11 +1,11 @@
 //! `servobee identify`.
 
-mod files;
+pub(super) mod files;
 mod print;
 
 use super::colour;
 use super::diagnosis::DiagnosisOptions;
-use super::options::Options;
+use super::options::{Options, spinner};
 use servobee::Result;
 use servobee::record::Channel;
 use std::path::PathBuf;
@@ -58,7 +58,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     let mut chosen = options.evaluator()?;
     let work = options.begin(prepared.fingerprint())?;
-    let diagnosed = prepared.diagnose(&mut chosen, &work)?;
+    let bar = spinner();
+    let diagnosed = prepared.diagnose(&mut chosen, &work, &bar);
+    bar.finish_and_clear();
+    let diagnosed = diagnosed?;
     let document = diagnosed.document(&chosen, &options.run, started, setup.call);
     let identified = &diagnosed.identified;
     if options.talks() {
@@ -67,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     for warning in &document.warnings {
         colour::warning(warning);
     }
-    options.hand_over(&document, output, || {
+    options.hand_over(&document.to_json(), output, || {
         files::files(identified, &document, &diagnosed.card)
     })?;
     work.end(identified.broken_off.as_deref())?;

@@ -4,7 +4,7 @@ use super::interrupt;
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::Result;
 use servobee::evaluate::{Choice, Chosen, choose};
-use servobee::report::{Document, OutputFolder};
+use servobee::report::OutputFolder;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -97,16 +97,16 @@ impl Options {
         !self.json && !self.run.quiet
     }
 
-    /// Prints the report where that is asked for; makes and writes the `files` where there is a folder for them, and says
+    /// Prints the `report`, which is JSON, where that is asked for; makes and writes the `files` where there is a folder for them, and says
     /// where they are.
     pub(super) fn hand_over(
         &self,
-        report: &Document,
+        report: &str,
         output: Option<OutputFolder>,
         files: impl FnOnce() -> Vec<(String, String)>,
     ) -> Result<()> {
         if self.json {
-            super::out::write(format_args!("{}", report.to_json()));
+            super::out::write(format_args!("{report}"));
         }
         let Some(output) = output else { return Ok(()) };
         let files = files();

@@ -12,6 +12,15 @@ pub(super) struct Work {
     pub(super) memory: Memory,
 }
 
+impl Work {
+    /// One that leaves nothing behind if it is cut off.
+    pub(super) fn in_memory() -> Self {
+        Self {
+            memory: Memory::default().stopped_by(interrupt::interrupt()),
+        }
+    }
+}
+
 impl Options {
     /// Begins, or goes on with, the run of the fingerprint `run`.
     ///
@@ -91,10 +100,17 @@ impl Work {
     /// Ends the run: its results are written. `broken_off` says where it was interrupted, if it was.
     ///
     /// # Errors
-    /// If it was, and how it can be gone on with.
+    /// As of [`Work::check`].
     pub(super) fn end(self, broken_off: Option<&str>) -> Result<()> {
+        self.check(broken_off)?;
+        self.memory.forget()
+    }
+
+    /// # Errors
+    /// If the run was interrupted, and how it can be gone on with.
+    pub(super) fn check(&self, broken_off: Option<&str>) -> Result<()> {
         let Some(stage) = broken_off else {
-            return self.memory.forget();
+            return Ok(());
         };
         Err(Error::failed(
             interrupted(stage),

@@ -3,7 +3,6 @@
 
 use super::Limit;
 use crate::card::{Figure, Quantity};
-use crate::diagnose::Verdict;
 use crate::report::{Document, ParameterReport, number};
 use crate::{Error, Result};
 use serde::Serialize;
@@ -125,7 +124,7 @@ impl Limit {
 
     /// What the model has of a parameter.
     fn of_parameter(&self, document: &Document) -> std::result::Result<Known, String> {
-        if is_incomplete(document) {
+        if document.is_incomplete() {
             return Err(INCOMPLETE.into());
         }
         let mut all = document.parameters.iter();
@@ -188,7 +187,7 @@ fn modelled(figure: &Figure, document: &Document) -> std::result::Result<Known, 
     };
     match (figure.value, figure.low, figure.high) {
         (None, ..) => Err(figure.note.clone()),
-        _ if is_incomplete(document) => Err(INCOMPLETE.into()),
+        _ if document.is_incomplete() => Err(INCOMPLETE.into()),
         (Some(value), Some(low), Some(high)) => Ok(known(value, low, high)),
         // A sign is known or not.
         (Some(value), ..) if figure.quantity == Quantity::Polarity => {
@@ -198,31 +197,16 @@ fn modelled(figure: &Figure, document: &Document) -> std::result::Result<Known, 
     }
 }
 
-/// Whether intervals mean nothing: the residual has structure, and nothing was found that explains it.
-fn is_incomplete(document: &Document) -> bool {
-    match document.verdict {
-        Verdict::Unexplained => true,
-        Verdict::NotDiagnosed => document.remaining.structured,
-        Verdict::Found | Verdict::None => false,
-    }
-}
-
 impl Document {
     /// Judges the `limits` by what the document has.
     pub fn judge(&mut self, limits: &[Limit]) {
         self.limits = limits.iter().map(|limit| limit.judge(self)).collect();
     }
 
-    /// How many limits are met.
-    pub fn limits_met(&self) -> usize {
-        let met = |limit: &&LimitReport| limit.outcome == Outcome::Pass;
-        self.limits.iter().filter(met).count()
-    }
-
     /// # Errors
     /// [`Error::Unmet`], unless every limit is met.
     pub fn check_limits(&self) -> Result<()> {
-        let (met, all) = (self.limits_met(), self.limits.len());
+        let (met, all) = (met(&self.limits), self.limits.len());
         if met == all {
             return Ok(());
         }
@@ -241,4 +225,10 @@ impl Document {
             others.join("; "),
         ))
     }
+}
+
+/// How many of `limits` are met.
+pub fn met(limits: &[LimitReport]) -> usize {
+    let met = |limit: &&LimitReport| limit.outcome == Outcome::Pass;
+    limits.iter().filter(met).count()
 }

@@ -9,7 +9,7 @@ use crate::card::units;
 use crate::model::Structure;
 use crate::model::effects::Effect;
 use crate::record::conversion_between;
-pub use judgement::{LimitReport, Outcome};
+pub use judgement::{LimitReport, Outcome, met};
 use range::Range;
 use std::path::Path;
 use toml::Spanned;

@@ -36,6 +36,7 @@ mod program;
 mod record;
 mod resume;
 mod rig;
+mod schema;
 mod scorecard;
 mod shader;
 mod signals;

@@ -290,3 +290,22 @@ fn of_many_records_the_bad_ones_are_told_from_the_others() {
     let table = csv_rows(&read_to_string(folder.path().join("out/batch.csv")).unwrap());
     assert_eq!(table.len() as u64, count + 1);
 }
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_in_a_folder_is_not_waited_for_and_a_link_that_leads_nowhere_is_refused() {
+    let folder = valves(1);
+    let inside = folder.path().join("in");
+    let pipe = std::process::Command::new("mkfifo")
+        .arg(inside.join("pipe.csv"))
+        .status();
+    assert!(pipe.unwrap().success());
+    std::os::unix::fs::symlink("nowhere.csv", inside.join("link.csv")).unwrap();
+    let ran = batch(folder.path(), &["--effects", "none"]);
+    assert_eq!(ran.status.code(), Some(2));
+    let files: Vec<Value> = rows(folder.path())
+        .iter()
+        .map(|row| row["file"].clone())
+        .collect();
+    assert_eq!(files, ["in/link.csv", "in/valve0001.csv"]);
+}

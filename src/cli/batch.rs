@@ -22,6 +22,9 @@ use std::time::{Duration, Instant};
 /// What the batch goes on from, beside what it is for.
 const JOURNAL: &str = "batch.rows";
 
+/// No record has so many bytes: of a longer file nothing is read but its head.
+const LONGEST: u64 = 1 << 28;
+
 /// How long what is written may be behind what is done.
 const BEHIND: Duration = Duration::from_secs(20);
 
@@ -158,7 +161,8 @@ impl Running<'_> {
     /// The row of the record at `path`: the one that is there from an earlier run, or a new one.
     fn row(&mut self, path: &Path, baseline: bool) -> Result<BatchRow> {
         let file = path.display().to_string();
-        let sha256 = InputFile::at(path).sha256;
+        let short = path.metadata().is_ok_and(|file| file.len() <= LONGEST);
+        let sha256 = short.then(|| InputFile::at(path).sha256).flatten();
         let known = sha256
             .as_deref()
             .and_then(|sha256| self.journal.row(&file, sha256, baseline));

@@ -46,10 +46,15 @@ fn add(folder: &Path, out: Option<&Path>, files: &mut Vec<PathBuf>) -> Result<()
     for entry in entries {
         let hidden = entry.file_name().to_string_lossy().starts_with('.');
         let own = entry.file_type().map_err(unreadable)?;
-        match (hidden, own.is_dir()) {
+        // A pipe or a device would be waited for; what leads nowhere is refused in its turn.
+        let path = entry.path();
+        let is_other = path
+            .metadata()
+            .is_ok_and(|what| !what.is_file() && !what.is_dir());
+        match (hidden || is_other, own.is_dir()) {
             (true, _) => {}
-            (false, true) => add(&entry.path(), out, files)?,
-            (false, false) => files.push(entry.path()),
+            (false, true) => add(&path, out, files)?,
+            (false, false) => files.push(path),
         }
     }
     Ok(())

@@ -23,6 +23,14 @@ pub enum Error {
         /// What the user can do about it.
         remedy: String,
     },
+    /// The run is done, and its result is not inside the limits that it was given. Exit code 3.
+    #[error("{problem}; {which}")]
+    Unmet {
+        /// How many limits are met.
+        problem: String,
+        /// Which are not.
+        which: String,
+    },
 }
 
 impl Error {
@@ -43,11 +51,20 @@ impl Error {
         }
     }
 
-    /// The process's exit code: 2 where the input or the call is wrong, 1 where running failed.
+    /// A result that is not inside its limits.
+    pub fn unmet(problem: impl Display, which: impl Display) -> Self {
+        Self::Unmet {
+            problem: problem.to_string(),
+            which: which.to_string(),
+        }
+    }
+
+    /// The process's exit code: 2 where the input or the call is wrong, 1 where running failed, 3 where a limit is not met.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Input { .. } => 2,
             Self::Failed { .. } => 1,
+            Self::Unmet { .. } => 3,
         }
     }
 }

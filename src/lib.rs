@@ -21,6 +21,7 @@
 //! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
 //!   leave on data that was never fitted. Its statistics know nothing of the procedure that uses them.
 //! - [`card`]: the figures of a datasheet, as they follow from a fitted model and as the measured curves show them.
+//! - [`compare`]: two diagnoses, of before and after a repair: one structure fitted to both, and what changed.
 //! - [`report`]: what a run tells and leaves behind.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
@@ -39,6 +40,7 @@
 //! | a device | [`evaluate::Evaluator`] |
 //! | a cost of errors | [`evaluate::Loss`] |
 //! | a file of a result | `src/cli/identify/files.rs` |
+//! | a field of a result | its struct in `src/report`, and its line in `schema` |
 //!
 //! Each was tried; `benches/house.py` counts what it takes.
 //!
@@ -154,6 +156,7 @@
 #[doc(hidden)]
 pub mod audited;
 pub mod card;
+pub mod compare;
 pub mod diagnose;
 mod error;
 pub mod evaluate;

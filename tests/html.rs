@@ -94,7 +94,7 @@ fn between<'t>(text: &'t str, start: &str, end: &str) -> Vec<&'t str> {
 }
 
 /// Every tag is closed by its own, in order.
-fn assert_well_formed(page: &str) {
+pub(crate) fn assert_well_formed(page: &str) {
     const VOID: [&str; 2] = ["meta", "br"];
     let body = page
         .strip_prefix("<!DOCTYPE html>")

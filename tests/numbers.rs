@@ -5,7 +5,9 @@ use crate::common::effects::{BASE, piston, scale};
 use crate::common::{Record, cases, effects, near_bounds, on_bounds, random};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servobee::diagnose::{IdentificationProblem, Identified, Measurements, Options, identify};
+use servobee::diagnose::{
+    Conditions, IdentificationProblem, Identified, Measurements, Options, identify,
+};
 use servobee::evaluate::problem::{Data, Series};
 use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, STATE_LIMIT, Status, reference,
@@ -123,6 +125,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
             rows: 400,
             is_static: false,
             bench: Vec::new(),
+            conditions: Conditions::default(),
             records: Vec::new(),
         },
         hold_known: true,

@@ -9,7 +9,7 @@ use super::response::Response;
 use super::step::Step;
 use super::threshold::threshold;
 use crate::evaluate::Problem;
-use crate::model::Output;
+use crate::model::{Output, Structure};
 
 /// Everything that is done with a valve on the bench.
 pub(super) struct Tests {
@@ -151,6 +151,11 @@ pub(super) struct Definition {
 }
 
 impl Definition {
+    /// Its unit on a valve of this structure.
+    pub(super) fn unit_on(&self, structure: &Structure) -> String {
+        self.unit.replace("command", &structure.command_unit)
+    }
+
     /// Whether it is zero for whatever values the parameters have where the model lacks what causes it. A spool that moves
     /// overshoots or does not: that follows from the values.
     pub(super) fn has_a_cause_of_its_own(&self) -> bool {

@@ -18,7 +18,7 @@ mod step;
 mod threshold;
 
 use crate::evaluate::Problem;
-use crate::model::Hold;
+use crate::model::{Hold, Structure};
 use crate::search::Fit;
 use crate::search::datasheet::Sheet;
 use crate::search::polish::spread;
@@ -58,6 +58,13 @@ pub struct Figure {
     pub no_measured: Option<String>,
 }
 
+/// What every card has figures of, each with its unit where the valve is of this structure.
+pub fn units(structure: &Structure) -> impl Iterator<Item = (Quantity, String)> {
+    FIGURES
+        .iter()
+        .map(|figure| (figure.quantity, figure.unit_on(structure)))
+}
+
 /// Why a value has no interval: zero is all that the model can say.
 const NONE_IN_MODEL: &str = "the model has none";
 /// The same: what the model does not explain is in no interval.
@@ -75,6 +82,11 @@ const NOT_FITTED: &str = "not fitted";
 const ARITHMETIC: f64 = 1e-3;
 
 impl Figure {
+    /// Whether it is zero because the model has nothing that causes it.
+    pub fn is_none_in_model(&self) -> bool {
+        self.no_interval == Some(NONE_IN_MODEL)
+    }
+
     /// The figure of a model that does not explain its record: intervals assume that it does.
     pub fn without_interval(self) -> Self {
         let known = self.no_interval.or(self.value.map(|_| UNEXPLAINED));
@@ -171,9 +183,7 @@ impl Card {
             Figure {
                 quantity: figure.quantity,
                 label: conditions.label(figure),
-                unit: figure
-                    .unit
-                    .replace("command", &problem.structure.command_unit),
+                unit: figure.unit_on(&problem.structure),
                 value: found.as_ref().ok().map(|(value, _)| *value),
                 low: known.ok().map(|[low, _]| low),
                 high: known.ok().map(|[_, high]| high),

@@ -1,9 +1,10 @@
 //! The valve card on the terminal.
 
+use super::colour;
 use super::table::{number, table};
 use servobee::card::Figure;
 use servobee::diagnose::Verdict;
-use servobee::report::{Document, explain};
+use servobee::report::{Document, LimitReport, explain, met};
 
 /// Prints the figures that the model or a measurement gives, by which tests they were measured, and why there are no others.
 /// Conditions are in the report.
@@ -57,6 +58,46 @@ pub(super) fn print(document: &Document) {
     if !document.records.is_empty() {
         for (reason, labels) in grouped(figures, |figure| figure.no_measured.as_deref()) {
             tell!("Not measured: {labels}: {reason}.");
+        }
+    }
+    tell!();
+}
+
+/// Prints which limits are met, if there are any.
+pub(super) fn print_limits(limits: &[LimitReport]) {
+    if limits.is_empty() {
+        return;
+    }
+    let (met, all) = (met(limits), limits.len());
+    colour::answer(format_args!("{met} of {all} limits are met."));
+    let row = |one: &LimitReport| {
+        let interval = match (one.low, one.high) {
+            (Some(low), Some(high)) => format!("{} .. {}", number(low), number(high)),
+            _ => String::new(),
+        };
+        vec![
+            one.name.clone(),
+            one.limit.clone(),
+            one.unit.clone(),
+            one.value.map_or("-".into(), number),
+            interval,
+            one.from.unwrap_or("-").into(),
+            one.outcome.words().into(),
+        ]
+    };
+    let heads = [
+        "limit",
+        "",
+        "unit",
+        "value",
+        "95 % interval",
+        "from",
+        "outcome",
+    ];
+    tell!("{}", table(&heads, limits.iter().map(row)));
+    for one in limits {
+        if let Some(reason) = &one.reason {
+            tell!("Not determined: {}: {reason}.", one.name);
         }
     }
     tell!();

@@ -154,11 +154,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             &fitted,
             &Card::of(&fitted.sheet.problem, best).beside_sheet(&fitted.sheet),
             &chosen,
-            arguments.options.seed,
+            arguments.options.run.seed,
             started.elapsed().as_secs_f64(),
             Call {
                 arguments: options::arguments(),
                 files: curves(arguments),
+                ..Call::default()
             },
             warnings,
         );
@@ -182,7 +183,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     }
     arguments
         .options
-        .hand_over(&report, output, || files::files(&all, &report))?;
+        .hand_over(&report.to_json(), output, || files::files(&all, &report))?;
     work.end(broken_off.as_deref())
 }
 
@@ -194,7 +195,7 @@ fn curves(arguments: &Arguments) -> Vec<InputFile> {
 }
 
 fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
-    let full_scale = arguments.options.full_scale.unwrap_or(FULL_SCALE);
+    let full_scale = arguments.options.run.full_scale.unwrap_or(FULL_SCALE);
     let stream = arguments.stream.into();
     let mut sheets = Vec::new();
     let mut warnings = Vec::new();
@@ -230,7 +231,7 @@ fn sheets(arguments: &Arguments) -> Result<Vec<Sheet>> {
     if let Some(path) = &arguments.step {
         let curve = StepCurve::read(path)?;
         warnings.extend(curve.warnings.clone());
-        sheets.push(Sheet::step(&curve, arguments.options.full_scale)?);
+        sheets.push(Sheet::step(&curve, arguments.options.run.full_scale)?);
     }
     for warning in warnings {
         colour::warning(warning);
@@ -264,7 +265,7 @@ fn plans(sheet: &Sheet, arguments: &Arguments, memory: &Memory) -> Vec<(&'static
         polish,
         coloured: false,
         memory: memory.clone(),
-        ..Plan::of_records(arguments.options.seed)
+        ..Plan::of_records(arguments.options.run.seed)
     };
     let hand_set = Start::Near(sheet.problem.start());
     vec![

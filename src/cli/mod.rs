@@ -3,12 +3,15 @@
 #[macro_use]
 mod out;
 
+mod batch;
 mod bench;
 mod card;
 pub(crate) mod colour;
+mod compare;
 mod completions;
 mod datasheet;
 mod devices;
+mod diagnosis;
 mod effects;
 mod export;
 mod identify;
@@ -40,6 +43,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Identify(identify::Arguments),
+    Compare(compare::Arguments),
+    Batch(batch::Arguments),
     Inspect(inspect::Arguments),
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
@@ -62,6 +67,8 @@ pub(crate) fn run() -> Result<()> {
     };
     let done = match cli.command {
         Command::Identify(arguments) => identify::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Batch(arguments) => batch::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),

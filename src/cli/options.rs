@@ -4,40 +4,55 @@ use super::interrupt;
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::Result;
 use servobee::evaluate::{Choice, Chosen, choose};
-use servobee::report::{Document, OutputFolder};
+use servobee::report::OutputFolder;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
+/// Options of every long run.
 #[derive(clap::Args)]
-pub(super) struct Options {
+pub(super) struct RunOptions {
     /// What evaluates the candidates: auto takes a hardware GPU if there is one, otherwise the CPU; gpu also takes a
     /// GPU in software
     #[arg(long, value_name = "auto|cpu|gpu", default_value = "auto")]
-    pub(super) evaluator: Choice,
+    evaluator: Choice,
     /// Seed of the search and of intervals; the same seed gives the same result
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
     /// Command at full scale, in its unit [default: 10 for V, 100 for %, otherwise the largest command]
     #[arg(long, value_name = "NUMBER", value_parser = positive)]
     pub(super) full_scale: Option<f64>,
-    /// Folder for the results, which is made
-    #[arg(long, value_name = "DIR")]
-    pub(super) out: Option<PathBuf>,
     /// Overwrite the results in a folder that exists
     #[arg(long)]
     pub(super) force: bool,
-    /// File in which the run keeps what it has computed until it ends [default: beside --out, DIR.checkpoint]
-    #[arg(long, value_name = "FILE")]
-    pub(super) checkpoint: Option<PathBuf>,
-    /// Go on with a run that was cut off, from its checkpoint; the result is the same
+    /// Go on with a run that was cut off; the result is the same
     #[arg(long)]
     pub(super) resume: bool,
-    /// Print the report as JSON, and nothing else on standard output
-    #[arg(long)]
-    pub(super) json: bool,
     /// Print nothing but warnings and errors, and what --json asks for
     #[arg(long, short)]
     pub(super) quiet: bool,
+}
+
+impl RunOptions {
+    /// The evaluator.
+    pub(super) fn evaluator(&self) -> Result<Chosen> {
+        choose(self.evaluator)
+    }
+}
+
+/// Options of a run with one result.
+#[derive(clap::Args)]
+pub(super) struct Options {
+    #[command(flatten)]
+    pub(super) run: RunOptions,
+    /// Folder for the results, which is made
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// File in which the run keeps what it has computed until it ends [default: beside --out, DIR.checkpoint]
+    #[arg(long, value_name = "FILE")]
+    pub(super) checkpoint: Option<PathBuf>,
+    /// Print the report as JSON, and nothing else on standard output
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 /// Options that say where the result goes and how it is told, and whether a value follows.
@@ -79,19 +94,19 @@ fn that_matter(given: impl IntoIterator<Item = String>) -> Vec<String> {
 impl Options {
     /// Whether results are told in words.
     pub(super) fn talks(&self) -> bool {
-        !self.json && !self.quiet
+        !self.json && !self.run.quiet
     }
 
-    /// Prints the report where that is asked for; makes and writes the `files` where there is a folder for them, and says
+    /// Prints the `report`, which is JSON, where that is asked for; makes and writes the `files` where there is a folder for them, and says
     /// where they are.
     pub(super) fn hand_over(
         &self,
-        report: &Document,
+        report: &str,
         output: Option<OutputFolder>,
         files: impl FnOnce() -> Vec<(String, String)>,
     ) -> Result<()> {
         if self.json {
-            super::out::write(format_args!("{}", report.to_json()));
+            super::out::write(format_args!("{report}"));
         }
         let Some(output) = output else { return Ok(()) };
         let files = files();
@@ -110,15 +125,16 @@ impl Options {
             .as_deref()
             .map(|path| {
                 // A run that is gone on with may have written what it knew when it was interrupted.
-                let own = self.resume && self.checkpoint_path().is_some_and(|path| path.exists());
-                OutputFolder::reserve(path, self.force || own)
+                let own =
+                    self.run.resume && self.checkpoint_path().is_some_and(|path| path.exists());
+                OutputFolder::reserve(path, self.run.force || own)
             })
             .transpose()
     }
 
     /// The evaluator, named to the user with the reason for it.
     pub(super) fn evaluator(&self) -> Result<Chosen> {
-        let chosen = choose(self.evaluator)?;
+        let chosen = self.run.evaluator()?;
         if self.talks() {
             tell!(
                 "Evaluator: {} ({})",

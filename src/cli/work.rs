@@ -12,6 +12,15 @@ pub(super) struct Work {
     pub(super) memory: Memory,
 }
 
+impl Work {
+    /// One that leaves nothing behind if it is cut off.
+    pub(super) fn in_memory() -> Self {
+        Self {
+            memory: Memory::default().stopped_by(interrupt::interrupt()),
+        }
+    }
+}
+
 impl Options {
     /// Begins, or goes on with, the run of the fingerprint `run`.
     ///
@@ -19,20 +28,20 @@ impl Options {
     /// The checkpoint is there and not asked for, of another run, or cannot be written.
     pub(super) fn begin(&self, run: u64) -> Result<Work> {
         let path = self.checkpoint_path();
-        if self.resume && path.is_none() {
+        if self.run.resume && path.is_none() {
             return Err(Error::input(
                 "--resume",
                 "there is no checkpoint to go on from",
                 "add the --out or --checkpoint of the run that was cut off",
             ));
         }
-        let open = |path: PathBuf| match self.resume {
+        let open = |path: PathBuf| match self.run.resume {
             true => Checkpoint::resume(&path, run),
-            false => Checkpoint::create(&path, run, self.force),
+            false => Checkpoint::create(&path, run, self.run.force),
         };
         let checkpoint = path.map(open).transpose()?;
         if let Some(checkpoint) = &checkpoint
-            && self.resume
+            && self.run.resume
             && self.talks()
         {
             tell!(
@@ -91,10 +100,17 @@ impl Work {
     /// Ends the run: its results are written. `broken_off` says where it was interrupted, if it was.
     ///
     /// # Errors
-    /// If it was, and how it can be gone on with.
+    /// As of [`Work::check`].
     pub(super) fn end(self, broken_off: Option<&str>) -> Result<()> {
+        self.check(broken_off)?;
+        self.memory.forget()
+    }
+
+    /// # Errors
+    /// If the run was interrupted, and how it can be gone on with.
+    pub(super) fn check(&self, broken_off: Option<&str>) -> Result<()> {
         let Some(stage) = broken_off else {
-            return self.memory.forget();
+            return Ok(());
         };
         Err(Error::failed(
             interrupted(stage),

@@ -1,5 +1,6 @@
 //! Records cut into what is fitted and what is held out.
 
+use super::conditions::Conditions;
 use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::model::Structure;
@@ -73,6 +74,8 @@ pub struct Measurements {
     pub is_static: bool,
     /// What their bench is taken to be, where that is not what most are.
     pub bench: Vec<String>,
+    /// What the oil was at.
+    pub conditions: Conditions,
 }
 
 impl Measurements {
@@ -97,6 +100,7 @@ impl Measurements {
             records: Vec::new(),
             is_static: records.iter().all(Record::is_static),
             bench: remarks(structure, records),
+            conditions: Conditions::of(&records.iter().chain(hold_out).collect::<Vec<_>>()),
         };
         let mut add = |record: &Record, fitted: usize| -> Result<()> {
             let whole = Series::from_record(record, structure)?;

@@ -21,6 +21,7 @@
 //! `signature` shows what gave it away, and `identified` is the result. `statistics` knows none of them.
 
 mod attribution;
+mod conditions;
 mod evidence;
 mod fitted;
 mod free_form;
@@ -41,6 +42,7 @@ mod unexcited;
 mod verdict;
 
 pub use attribution::{Added, Considered, Contest, Decision, Refit, Rival};
+pub use conditions::Conditions;
 pub use fitted::Fitted;
 pub use free_form::FoundForm;
 pub use hold::{Between, OtherHold};

@@ -1,13 +1,13 @@
 //! What a diagnosis comes to.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Effects are believed if they explain this share of what the base model leaves above the noise, or everything that can be
 /// seen. Something else that merely resembles an effect seldom follows it so closely.
 const EXPLAINED: f64 = 0.8;
 
 /// What the diagnosis comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// Effects explain what the base model could not.
@@ -19,6 +19,18 @@ pub enum Verdict {
     /// No effect was looked for, or not to the end: none was asked, nothing was held out to judge them by, or the run was
     /// broken off.
     NotDiagnosed,
+}
+
+impl Verdict {
+    /// As reports have it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Found => "found",
+            Self::None => "none",
+            Self::Unexplained => "unexplained",
+            Self::NotDiagnosed => "not_diagnosed",
+        }
+    }
 }
 
 /// The criteria of the verdict.

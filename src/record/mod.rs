@@ -32,6 +32,7 @@ pub use format::{Dialect, Format};
 pub use mapping::Mapping;
 pub use reading::{Reading, SampleInterval};
 pub(crate) use text::{joined, quoted};
+pub(crate) use unit::conversion_between;
 pub use unit::{Quantity, Unit};
 pub use wiring::{Direction, Unusual};
 pub(crate) use wiring::{ends, reversals};

@@ -225,6 +225,23 @@ pub(super) fn is_known(text: &str) -> bool {
     all.any(|unit| unit.is_spelt(text))
 }
 
+/// What makes values in the unit spelt `from` values in the unit spelt `to`, where both are units of one quantity.
+pub(crate) fn conversion_between(from: &str, to: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
+    let both = |quantity: Quantity| {
+        let unit = |text: &str| quantity.units().find(|unit| unit.is_spelt(text));
+        let (from, to) = (unit(from)?, unit(to)?);
+        (from.kept == to.kept).then_some((from, to))
+    };
+    let found = Quantity::ALL.into_iter().find_map(both);
+    // What is spelt alike is the same, even where no column has such a unit: L/min/V.
+    (found.is_some() || from == to).then_some(move |value| match found {
+        Some((from, to)) if from != to => {
+            from.convert(value) * to.denominator / to.numerator - to.offset
+        }
+        _ => value,
+    })
+}
+
 impl Quantity {
     const ALL: [Self; 12] = [
         Self::Time,

@@ -1,16 +1,18 @@
 //! `report.json`: its fields are a contract with the programs that read it.
 
+use super::about::AboutLine;
 use super::findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport,
     RemainingReport,
 };
+use super::limits::LimitReport;
 use super::no_name::asked;
 use super::noise::{NoiseSource, disagreements};
 use super::number::number;
 use super::parameter::{ParameterReport, not_identifiable};
 use super::provenance::{Call, HoldReport, InputFile, Program, now};
 use crate::card::{Card, Figure, Quantity};
-use crate::diagnose::{Identified, Improvement, Sides, Unexcited, Used, Verdict};
+use crate::diagnose::{Conditions, Identified, Improvement, Sides, Unexcited, Used, Verdict};
 use crate::evaluate::{Chosen, Score};
 use crate::model::Structure;
 use crate::model::effects::{Effect, Port};
@@ -59,6 +61,8 @@ pub struct Document {
     pub not_identifiable: Vec<String>,
     /// The valve card: figures in the terms of ISO 10770-1, from the result.
     pub card: Vec<Figure>,
+    /// The limits that the valve has to keep, and whether it does: see [`Document::judge`]. None where none was given.
+    pub limits: Vec<LimitReport>,
     /// What is left.
     pub remaining: RemainingReport,
     /// Largest change of each channel's simulation when the integration steps are halved, in its unit.
@@ -76,6 +80,10 @@ pub struct Document {
     /// What the bench of the records is taken to be, where that is not what most are: to be checked first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bench: Vec<String>,
+    /// What the user says of the valve and the test.
+    pub about: Vec<AboutLine>,
+    /// What the oil was at, on the mean of all records.
+    pub conditions: Conditions,
     /// The records.
     pub records: Vec<Used>,
     /// Files that were read beside them.
@@ -187,6 +195,7 @@ impl Document {
             not_identifiable: not_identifiable(&after.fit),
             parameters,
             card: figures(card, identified.verdict),
+            limits: Vec::new(),
             remaining,
             integration_error: integration_error.clone(),
             evaluator: chosen.evaluator.describe(),
@@ -196,6 +205,8 @@ impl Document {
             hold: Some(hold),
             bench: identified.measurements.bench.clone(),
             records: identified.measurements.records.clone(),
+            about: call.about.0,
+            conditions: identified.measurements.conditions,
             files: call.files,
             program: Program::default(),
             arguments: call.arguments,
@@ -252,6 +263,7 @@ impl Document {
             parameters: ParameterReport::of(&sheet.problem, &result.fit),
             not_identifiable: not_identifiable(&result.fit),
             card: card.figures.clone(),
+            limits: Vec::new(),
             remaining: RemainingReport::default(),
             integration_error: names.zip(integration_error.iter().copied()).collect(),
             evaluator: chosen.evaluator.describe(),
@@ -261,6 +273,8 @@ impl Document {
             hold: None,
             bench: Vec::new(),
             records: Vec::new(),
+            about: call.about.0,
+            conditions: Conditions::default(),
             files: call.files,
             program: Program::default(),
             arguments: call.arguments,
@@ -306,6 +320,24 @@ impl Document {
         self.seconds += other.seconds;
         self.warnings.extend(other.warnings);
         self
+    }
+
+    /// The names of the effects that were found, with the channel where one is on one.
+    pub fn effect_names(&self) -> Vec<String> {
+        let name = |effect: &AddedEffect| match &effect.channel {
+            Some(channel) => format!("{}.{channel}", effect.name),
+            None => effect.name.clone(),
+        };
+        self.effects.iter().map(name).collect()
+    }
+
+    /// Whether intervals mean nothing: the residual has structure, and nothing was found that explains it.
+    pub fn is_incomplete(&self) -> bool {
+        match self.verdict {
+            Verdict::Unexplained => true,
+            Verdict::NotDiagnosed => self.remaining.structured,
+            Verdict::Found | Verdict::None => false,
+        }
     }
 
     /// The document as JSON text.

@@ -1,10 +1,15 @@
 //! What a run tells and leaves behind: `report.json`, `report.html`, model files, and how files are written.
 
+mod about;
+mod batch;
+mod comparison;
+mod csv;
 mod document;
 #[doc(hidden)]
 pub mod explain;
 mod findings;
 mod html;
+mod limits;
 mod model_file;
 mod no_name;
 mod noise;
@@ -13,13 +18,25 @@ mod output;
 mod output_file;
 mod parameter;
 mod provenance;
+mod toml_text;
 
+pub use about::{About, AboutLine};
+pub use batch::{
+    Against, BATCH_SCHEMA, Batch, BatchRow, Departure, Departures, Journal, LimitNames, NamedValue,
+    RowStatus, batch_csv, departures,
+};
+pub use comparison::{
+    COMPARE_SCHEMA, ComparisonDocument, ConfounderReport, EffectChangeReport, SideReport,
+};
+#[doc(hidden)]
+pub use csv::csv_cell;
 pub use document::{Document, SCHEMA};
 pub use findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport, Knot,
     RemainingReport,
 };
-pub use html::{datasheet_page, page};
+pub use html::{batch_page, comparison_page, datasheet_page, page};
+pub use limits::{Limit, LimitReport, Limits, Outcome, met};
 pub use model_file::ModelFile;
 pub use no_name::{not_diagnosed, unexplained};
 pub use noise::NoiseSource;

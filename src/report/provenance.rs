@@ -1,5 +1,6 @@
 //! What a report was made from, by what and when: enough to make it again.
 
+use super::about::About;
 use crate::diagnose::Between;
 use crate::input::{bytes, sha256};
 use crate::model::Hold;
@@ -34,6 +35,8 @@ pub struct Call {
     pub arguments: Vec<String>,
     /// Files beside the records: a model, the curves of a datasheet.
     pub files: Vec<InputFile>,
+    /// What the user says of the valve and the test.
+    pub about: About,
 }
 
 /// A file that was read.

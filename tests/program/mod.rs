@@ -1,5 +1,6 @@
 //! The program as a user calls it, and what it leaves behind.
 
+use crate::schema::assert_valid;
 use assert_cmd::Command;
 use serde_json::Value;
 use servobee::evaluate::gpu::{adapters, best, describe};
@@ -93,9 +94,13 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A JSON file.
+/// A JSON file. One that programs rely on is as its schema has it.
 pub(crate) fn json(path: impl AsRef<Path>) -> Value {
-    serde_json::from_str(&read_to_string(path).unwrap()).unwrap()
+    let document: Value = serde_json::from_str(&read_to_string(path).unwrap()).unwrap();
+    if document["schema"].is_string() {
+        assert_valid(&document);
+    }
+    document
 }
 
 /// The fitted value of a parameter in a report.

@@ -2,10 +2,21 @@
 
 use servobee::card::Card;
 use servobee::diagnose::Identified;
-use servobee::report::{Document, ModelFile, page};
+use servobee::report::{Document, ModelFile, csv_cell, page};
 
 /// The files of a result: their names and what they hold.
 pub(super) fn files(
+    identified: &Identified,
+    document: &Document,
+    card: &Card,
+) -> Vec<(String, String)> {
+    let mut files = report(identified, document, card);
+    files.push(("residual.csv".into(), residual_csv(identified)));
+    files
+}
+
+/// Those of them that are no longer with a longer record.
+pub(in crate::cli) fn report(
     identified: &Identified,
     document: &Document,
     card: &Card,
@@ -14,7 +25,6 @@ pub(super) fn files(
         ("report.json".into(), document.to_json()),
         ("report.html".into(), page(identified, document, card)),
         ("model.toml".into(), model_toml(identified)),
-        ("residual.csv".into(), residual_csv(identified)),
     ]
 }
 
@@ -44,7 +54,7 @@ fn residual_csv(identified: &Identified) -> String {
     for (side, old, new) in sides {
         for (old, new) in old.iter().zip(&new) {
             let series = new.series;
-            let name = cell(&series.name);
+            let name = csv_cell(&series.name);
             for (row, sample) in series.samples.iter().enumerate() {
                 if sample.weight == 0.0 {
                     continue;
@@ -67,12 +77,4 @@ fn residual_csv(identified: &Identified) -> String {
         }
     }
     text
-}
-
-/// `text` as a cell of a CSV file, in quotes where it needs them.
-fn cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.into(),
-    }
 }

@@ -39,6 +39,7 @@ pub(super) fn print(identified: &Identified, document: &Document) {
     print_errors(identified);
     print_parameters(document);
     card::print(document);
+    card::print_limits(&document.limits);
     print_rest(identified, document);
 }
 

@@ -87,7 +87,9 @@ fn take_over(
         match open() {
             Ok(evaluator) => {
                 for error in errors {
-                    let (Error::Failed { problem, .. } | Error::Input { problem, .. }) = error;
+                    let (Error::Failed { problem, .. }
+                    | Error::Input { problem, .. }
+                    | Error::Unmet { problem, .. }) = error;
                     warnings.add(format!("{problem}; going on with {}", evaluator.describe()));
                 }
                 return Ok((evaluator, name, CrossCheck::new(thoroughness)));

@@ -10,7 +10,7 @@ use crate::card::{Card, Figure, Point, Quantity, Response, Step};
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
 use crate::record::joined;
-use crate::report::{explain, rounded};
+use crate::report::{LimitReport, explain, rounded};
 use maud::{Markup, html};
 
 /// Most measured rows that are drawn.
@@ -63,6 +63,30 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
                 "Measured: read off the records' own curves by the same constructions, without the model, with what the sensors "
                 "add. Bold where it differs from the model's by more than both intervals."
             } @else { "Nothing is read off the measured curves: " (reasons(figures)) "." }
+        }
+    }
+}
+
+/// Which limits are met.
+pub(super) fn limits(limits: &[LimitReport]) -> Markup {
+    html! {
+        div.scroll { table {
+            thead { tr {
+                th { "limit" } th {} th { "unit" } th.n { "value" } th.n { "95 % interval" } th { "from" } th { "outcome" }
+            } }
+            tbody { @for one in limits {
+                tr {
+                    td { (one.name) } td { (one.limit) } td { (one.unit) }
+                    td.n { (one.value.map_or("–".into(), shown)) }
+                    td.n { @if let (Some(low), Some(high)) = (one.low, one.high) { (shown(low)) " … " (shown(high)) } }
+                    td { (one.from.unwrap_or("–")) }
+                    td.wrap { b { (one.outcome.words()) } @if let Some(reason) = &one.reason { ": " (reason) } }
+                }
+            } }
+        } }
+        p.note {
+            "A limit is met where the whole 95 % interval is inside it, and missed where the whole interval is outside. "
+            "Otherwise it is not determined: a longer or livelier record makes the interval smaller."
         }
     }
 }

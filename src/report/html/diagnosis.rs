@@ -2,11 +2,11 @@
 
 use super::page::{section, whole};
 use super::rows::Rows;
-use super::{card, convergence, ranking, signature, spectrum, tables, time, words};
+use super::{card, convergence, model, ranking, signature, spectrum, tables, time, words};
 use crate::card::Card;
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
-use crate::report::{Document, explain};
+use crate::report::{Document, explain, met};
 use maud::html;
 
 /// The page of a diagnosis.
@@ -24,6 +24,10 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
     };
     let content = html! {
         (section("card", "The valve", card::all(card, &document.card, identified)))
+        @if !document.limits.is_empty() {
+            (section("limits", &format!("Limits: {} of {} are met", met(&document.limits), document.limits.len()),
+                card::limits(&document.limits)))
+        }
         (section("time", "Measured and simulated", html! {
             @for (output, rows) in &channels { (time::over_time(identified, *output, rows)) }
             (tables::errors(identified))
@@ -46,6 +50,7 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
             @for figure in ranking::all(identified) { (figure) }
         }))
         (section("parameters", "Parameters", tables::parameters(&document.parameters, changed)))
+        (section("model", "The model in equations", model::of(&identified.after.problem.structure, &document.parameters)))
         (section("search", "Search", convergence::of(identified)))
         (section("remaining", "What remains", tables::remaining(document, &unit)))
         (section("run", "How it was run", tables::run(document)))
@@ -55,6 +60,7 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
             None => h1 { (words::answer(identified)) },
             Some(cut) => { h1 { "Cut short: there is no verdict." } p.lead { (cut.sentence()) } }
         }
+        (tables::about(document))
         p.lead { (words::errors(identified)) }
         @for remark in &document.bench { p { b { "Bench" } ": " (remark) "." } }
         p.note { (explain::base_model(&identified.before.problem.structure)) " " (explain::HELD_OUT) }

@@ -4,8 +4,8 @@ use super::axis::Axis;
 use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
 use super::role::Role;
-use crate::diagnose::Identified;
-use crate::report::{Document, FreeFormReport, ParameterReport, number};
+use crate::diagnose::{Conditions, Identified, Used};
+use crate::report::{AboutLine, Document, FreeFormReport, ParameterReport, number, rounded};
 use maud::{Markup, html};
 
 /// Errors before and after, channel by channel.
@@ -104,22 +104,69 @@ pub(super) fn undetermined(document: &Document, unit: &dyn Fn(&str) -> String) -
     }
 }
 
+/// What the user says of the valve and the test.
+pub(super) fn lines(about: &[AboutLine]) -> Markup {
+    html! { @if !about.is_empty() {
+        dl.about { @for line in about { dt { (line.name) } dd { (line.value) } } }
+    } }
+}
+
+/// Of which valve this is the report, from which files, when, and at which pressure and temperature.
+pub(super) fn about(document: &Document) -> Markup {
+    let Conditions {
+        supply_pressure,
+        return_pressure,
+        temperature,
+    } = document.conditions;
+    let files: Vec<&str> = document
+        .records
+        .iter()
+        .map(|one| one.path.as_str())
+        .collect();
+    let day = document.date.split('T').next().unwrap_or_default();
+    let told = |value: f64, unit: &str| format!("{} {unit}", rounded(value, 3));
+    html! {
+        (lines(&document.about))
+        dl.about {
+            dt { "Records" } dd { (files.join(", ")) }
+            dt { "Report of" } dd { (day) }
+            @if let Some(supply) = supply_pressure {
+                dt { "Supply pressure" } dd {
+                    (told(supply, "bar"))
+                    @if let Some(back) = return_pressure { ", return " (told(back, "bar")) }
+                    ", means"
+                }
+            }
+            @if let Some(temperature) = temperature { dt { "Temperature" } dd { (told(temperature, "°C")) ", mean" } }
+        }
+    }
+}
+
+/// The sum of a file's content.
+fn sum(sha256: &Option<String>) -> Markup {
+    html! { @if let Some(sum) = sha256 { br; "SHA-256 " code { (sum) } } }
+}
+
+/// Records, and how many of their rows were used for what.
+pub(super) fn records(records: &[Used]) -> Markup {
+    html! {
+        dl { @for record in records {
+            dt { "Record" }
+            dd {
+                (record.path) ": " (record.rows) " rows, " (record.fitted) " fitted, " (record.held_out) " held out"
+                (sum(&record.sha256))
+            }
+        } }
+    }
+}
+
 /// What was made of which records by what: enough to do it again.
 pub(super) fn run(document: &Document) -> Markup {
-    let sum = |sha256: &Option<String>| {
-        html! { @if let Some(sum) = sha256 { br; "SHA-256 " code { (sum) } } }
-    };
     html! {
+        (records(&document.records))
         dl {
             dt { "Program" } dd { (document.program.name) " " (document.program.version) }
             dt { "Arguments" } dd { code { (document.arguments.join(" ")) } }
-            @for record in &document.records {
-                dt { "Record" }
-                dd {
-                    (record.path) ": " (record.rows) " rows, " (record.fitted) " fitted, " (record.held_out) " held out"
-                    (sum(&record.sha256))
-                }
-            }
             @for file in &document.files { dt { "File" } dd { (file.path) (sum(&file.sha256)) } }
             @if let Some(hold) = &document.hold { dt { "Command" } dd { (hold.sentence()) } }
             dt { "Evaluator" } dd { (document.evaluator) " (" (document.evaluator_reason) ")" }

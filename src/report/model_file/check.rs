@@ -21,7 +21,7 @@ impl ModelFile {
     /// Refuses a structure whose parts are out of range or do not fit together.
     pub(super) fn check(&self, structure: &Structure) -> Result<()> {
         let refuse = |keys: &[&str], problem: String, remedy: &str| {
-            Err(self.error(self.find(keys), problem, remedy))
+            Err(self.file.error(self.find(keys), problem, remedy))
         };
         let Structure {
             full_scale,
@@ -108,7 +108,7 @@ impl ModelFile {
     /// Refuses a valve that nothing asks for, none where one is needed, and one with openings that make no table.
     fn check_valve(&self, structure: &Structure) -> Result<()> {
         let refuse = |keys: &[&str], problem: String, remedy: &str| {
-            Err(self.error(self.find(keys), problem, remedy))
+            Err(self.file.error(self.find(keys), problem, remedy))
         };
         let of_flow = structure
             .observed

@@ -2,18 +2,16 @@
 
 mod check;
 
+use super::toml_text::TomlText;
 use crate::model::effects::Effect;
 use crate::model::{Complete, Fluid, Pace, Parameter, Scale, Structure};
 use crate::record::quoted;
-use crate::{Error, Result, input};
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
-
-/// Longest file that is read, in bytes.
-const LONGEST: u64 = 1 << 20;
 
 /// Keys without which a `[structure]` does not stand alone.
 const COMPLETE: [&str; 3] = ["full_scale", "command_unit", "observed"];
@@ -21,8 +19,8 @@ const COMPLETE: [&str; 3] = ["full_scale", "command_unit", "observed"];
 /// Classes of oil (ISO VG) and temperatures (°C) that a hydraulic system works with.
 const OILS: (RangeInclusive<f64>, RangeInclusive<f64>) = (10.0..=150.0, -20.0..=120.0);
 
-/// Longest message of the TOML reader that is passed on, in characters.
-const LONGEST_MESSAGE: usize = 400;
+/// What shows how a model file is written.
+const EXAMPLE: &str = "a file that identify writes shows every key";
 
 /// Largest magnitude of a parameter, in its unit.
 const LARGEST: f64 = 1e18;
@@ -38,8 +36,7 @@ const FASTEST: f64 = 1e7;
 /// where no `[[parameter]]` does.
 #[derive(Debug)]
 pub struct ModelFile {
-    path: String,
-    text: String,
+    file: TomlText,
     entries: Vec<Entry>,
     fluid: Option<Spanned<Fluid>>,
 }
@@ -86,9 +83,8 @@ impl ModelFile {
     /// The file cannot be read, is longer than 1 MiB, is no TOML, or has keys or types that no model file has. Whether names and values fit
     /// shows in [`ModelFile::structure`] and [`ModelFile::parameters`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        let path = path.as_ref();
-        let text = input::text(path, LONGEST, "give a model file, such as identify writes")?;
-        Self::parse(&path.display().to_string(), &text)
+        let kind = "give a model file, such as identify writes";
+        Self::of(TomlText::read(path.as_ref(), kind, EXAMPLE)?)
     }
 
     /// [`ModelFile::read`] from the text of the file called `path`.
@@ -96,26 +92,22 @@ impl ModelFile {
     /// # Errors
     /// As [`ModelFile::read`], but for those of reading the file.
     pub fn parse(path: &str, text: &str) -> Result<Self> {
-        let mut file = Self {
-            path: path.into(),
-            text: text.into(),
-            entries: Vec::new(),
-            fluid: None,
-        };
-        let table = DeTable::parse(text).map_err(|error| file.toml_error(&error))?;
-        for (key, value) in table.into_inner() {
+        Self::of(TomlText::new(path, text, EXAMPLE))
+    }
+
+    fn of(file: TomlText) -> Result<Self> {
+        let (mut entries, mut fluid) = (Vec::new(), None);
+        for (key, value) in file.table()? {
             match key.get_ref().as_ref() {
-                "structure" if value.get_ref().is_table() => {
-                    file.check_tables(&value)?;
-                }
+                "structure" if value.get_ref().is_table() => check_tables(&file, &value)?,
                 "parameter" => {
-                    file.check_entries(&value)?;
-                    file.entries = Vec::deserialize(ValueDeserializer::from(value))
+                    check_entries(&file, &value)?;
+                    entries = Vec::deserialize(ValueDeserializer::from(value))
                         .map_err(|error| file.toml_error(&error))?;
                 }
                 "fluid" if value.get_ref().is_table() => {
-                    let fluid = Spanned::deserialize(ValueDeserializer::from(value));
-                    file.fluid = Some(fluid.map_err(|error| file.toml_error(&error))?);
+                    let oil = Spanned::deserialize(ValueDeserializer::from(value));
+                    fluid = Some(oil.map_err(|error| file.toml_error(&error))?);
                 }
                 _ => {
                     return Err(file.error(
@@ -126,38 +118,11 @@ impl ModelFile {
                 }
             }
         }
-        Ok(file)
-    }
-
-    /// Refuses lists where `[structure]` has tables: their values would be taken one after the other.
-    fn check_tables(&self, structure: &Spanned<DeValue<'_>>) -> Result<()> {
-        for key in ["valve", "free_form"] {
-            if let Some(part) = structure
-                .get_ref()
-                .get(key)
-                .filter(|part| part.get_ref().is_array())
-            {
-                return Err(self.error(
-                    part.span(),
-                    format!("{key} is a list"),
-                    format!("give a table [structure.{key}]"),
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    /// Refuses a parameter that is a list, as [`ModelFile::check_tables`] does.
-    fn check_entries(&self, parameters: &Spanned<DeValue<'_>>) -> Result<()> {
-        let entries = parameters.get_ref().as_array().into_iter().flatten();
-        match entries.into_iter().find(|entry| entry.get_ref().is_array()) {
-            None => Ok(()),
-            Some(entry) => Err(self.error(
-                entry.span(),
-                "the parameter is a list",
-                "give a table [[parameter]] with its name",
-            )),
-        }
+        Ok(Self {
+            file,
+            entries,
+            fluid,
+        })
     }
 
     /// The text of a complete model file for `structure` and its `parameters` with these `values`, all in the order of
@@ -208,7 +173,7 @@ impl ModelFile {
         );
         let value = Spanned::new(own.span(), DeValue::Table(table));
         let mut structure = Structure::deserialize(ValueDeserializer::from(value))
-            .map_err(|error| self.toml_error(&error))?;
+            .map_err(|error| self.file.toml_error(&error))?;
         if removes_valve && !structure.needs_valve() {
             structure.remove_valve();
         }
@@ -236,7 +201,7 @@ impl ModelFile {
     pub fn complete_structure(&self) -> Result<Structure> {
         self.structure(|| {
             Err(Error::input(
-                &self.path,
+                &self.file.path,
                 "has no [structure] with full_scale, command_unit and observed",
                 "give a complete model file, such as identify writes",
             ))
@@ -256,7 +221,7 @@ impl ModelFile {
         for (i, entry) in self.entries.iter().enumerate() {
             let name = entry.name.get_ref();
             if self.entries[..i].iter().any(|e| e.name.get_ref() == name) {
-                return Err(self.error(
+                return Err(self.file.error(
                     entry.name.span(),
                     format!("there is a parameter {name} above already"),
                     "delete one of the two",
@@ -264,7 +229,7 @@ impl ModelFile {
             }
             let Some(parameter) = parameters.iter_mut().find(|p| p.name == *name) else {
                 let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
-                return Err(self.error(
+                return Err(self.file.error(
                     entry.name.span(),
                     "the structure has no such parameter",
                     format!("use one of {}", names.join(", ")),
@@ -277,7 +242,8 @@ impl ModelFile {
 
     /// Gives density and viscosity the values of the file's fluid.
     fn fill(&self, parameters: &mut [Parameter], fluid: &Spanned<Fluid>) -> Result<()> {
-        let refuse = |problem: String, remedy: &str| Err(self.error(fluid.span(), problem, remedy));
+        let refuse =
+            |problem: String, remedy: &str| Err(self.file.error(fluid.span(), problem, remedy));
         let Fluid {
             iso_vg,
             temperature,
@@ -311,7 +277,7 @@ impl ModelFile {
             .as_ref()
             .filter(|unit| *unit.get_ref() != parameter.unit)
         {
-            return Err(self.error(
+            return Err(self.file.error(
                 unit.span(),
                 format!("{} is in {}", parameter.name, parameter.unit),
                 format!("convert it to {}", parameter.unit),
@@ -322,11 +288,15 @@ impl ModelFile {
             .flatten()
         {
             if !number.get_ref().is_finite() {
-                return Err(self.error(number.span(), "is not finite", "give a number"));
+                return Err(self
+                    .file
+                    .error(number.span(), "is not finite", "give a number"));
             }
             if number.get_ref().abs() > LARGEST {
                 let problem = format!("is beyond {LARGEST:e} {}", parameter.unit);
-                return Err(self.error(number.span(), problem, "give what a valve can have"));
+                return Err(self
+                    .file
+                    .error(number.span(), problem, "give what a valve can have"));
             }
         }
         let set = |field: &mut f64, number: &Option<Spanned<f64>>| {
@@ -351,14 +321,14 @@ impl ModelFile {
         let span = |number: &Option<Spanned<f64>>| number.as_ref().map(Spanned::span);
         let place = |number| span(number).unwrap_or(entry.name.span());
         if low >= high {
-            return Err(self.error(
+            return Err(self.file.error(
                 span(&entry.low).unwrap_or(place(&entry.high)),
                 format!("{name} has bounds {low} .. {high}"),
                 "let low be less than high",
             ));
         }
         if parameter.scale == Scale::Log && *low <= 0.0 {
-            return Err(self.error(
+            return Err(self.file.error(
                 place(&entry.low),
                 format!("{name} has low {low} on a logarithmic scale"),
                 "give a positive low, or scale = \"linear\"",
@@ -370,7 +340,7 @@ impl ModelFile {
             _ => (&entry.high, "high", high),
         };
         if let (true, (own, bound, value)) = (too_fast, fast_bound) {
-            return Err(self.error(
+            return Err(self.file.error(
                 place(own),
                 format!(
                     "{name} has {bound} {value:e} {}: no valve is as fast",
@@ -380,7 +350,7 @@ impl ModelFile {
             ));
         }
         if !(*low..=*high).contains(start) {
-            return Err(self.error(
+            return Err(self.file.error(
                 place(&entry.value),
                 format!("the value {start} of {name} is outside its bounds {low} .. {high}"),
                 "give a value inside them, or other low and high with it",
@@ -391,8 +361,8 @@ impl ModelFile {
 
     /// The file's `[structure]`, with the places of its keys in the text.
     fn own_structure(&self) -> Option<Spanned<DeValue<'_>>> {
-        let table = DeTable::parse(&self.text).expect("parsed before");
-        table.into_inner().remove("structure")
+        let mut table = self.file.table().expect("parsed before");
+        table.remove("structure")
     }
 
     /// Where the value of a key of `[structure]` stands, or what encloses it.
@@ -406,33 +376,36 @@ impl ModelFile {
         }
         value.span()
     }
+}
 
-    fn toml_error(&self, error: &toml::de::Error) -> Error {
-        // What the message repeats of the file may be anything.
-        let message = error
-            .message()
-            .trim()
-            .replace('\n', ", ")
-            .replace("; ", ", ");
-        let shown = message.chars().take(LONGEST_MESSAGE);
-        let shown = shown.map(|c| if c.is_control() { '\u{fffd}' } else { c });
-        self.error(
-            error.span().unwrap_or(0..0),
-            shown.collect::<String>(),
-            "correct the line; a file that identify writes shows every key",
-        )
+/// Refuses lists where `[structure]` has tables: their values would be taken one after the other.
+fn check_tables(file: &TomlText, structure: &Spanned<DeValue<'_>>) -> Result<()> {
+    for key in ["valve", "free_form"] {
+        if let Some(part) = structure
+            .get_ref()
+            .get(key)
+            .filter(|part| part.get_ref().is_array())
+        {
+            return Err(file.error(
+                part.span(),
+                format!("{key} is a list"),
+                format!("give a table [structure.{key}]"),
+            ));
+        }
     }
+    Ok(())
+}
 
-    /// An error at a place of the text: its line, as it stands there.
-    fn error(&self, span: Range<usize>, problem: impl ToString, remedy: impl ToString) -> Error {
-        let start = span.start.min(self.text.len());
-        let number = 1 + self.text[..start].matches('\n').count();
-        let line = self.text.lines().nth(number - 1).unwrap_or_default().trim();
-        Error::input(
-            format!("{}, line {number}, {}", self.path, quoted(line)),
-            problem.to_string(),
-            remedy.to_string(),
-        )
+/// Refuses a parameter that is a list, as [`check_tables`] does.
+fn check_entries(file: &TomlText, parameters: &Spanned<DeValue<'_>>) -> Result<()> {
+    let entries = parameters.get_ref().as_array().into_iter().flatten();
+    match entries.into_iter().find(|entry| entry.get_ref().is_array()) {
+        None => Ok(()),
+        Some(entry) => Err(file.error(
+            entry.span(),
+            "the parameter is a list",
+            "give a table [[parameter]] with its name",
+        )),
     }
 }
 

@@ -242,7 +242,8 @@ fn step(points: &[[f64; 2]]) -> Result<[[f64; 2]; 2], String> {
         last.iter().map(|point| point[1]).sum::<f64>() / END.0 as f64,
     );
     let way = end - start;
-    if !(extreme(f64::max) - extreme(f64::min) < END.1 * way.abs()) {
+    let settles = extreme(f64::max) - extreme(f64::min) < END.1 * way.abs();
+    if !settles {
         return Err("the answer to the step does not settle".into());
     }
     let share: Vec<[f64; 2]> = answer

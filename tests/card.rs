@@ -409,7 +409,8 @@ fn the_threshold_is_what_a_command_turns_back_before_the_output_follows() {
     ] {
         let card = with(effect, value);
         let expected = 100.0 * 2.0 * value / FULL;
-        assert_near(&card, "threshold", expected, 0.03 * expected);
+        // What sticks comes to rest anywhere within a step of the command, here of 0.04 %.
+        assert_near(&card, "threshold", expected, 0.01 * expected + 0.06);
         let one = figure(&card, "threshold");
         assert!(one.low < one.value && one.value < one.high, "{one:?}");
     }
@@ -461,7 +462,7 @@ fn a_threshold_test_stands_beside_the_threshold_of_the_model() {
     let measured = one.measured.as_ref().unwrap();
     assert!((measured.value - 1.2).abs() < 0.02, "{measured:?}");
     assert!(
-        measured.test.contains("11 reversals of 8 %"),
+        measured.test.contains("10 reversals of 8 %"),
         "{measured:?}"
     );
     assert!(!one.disagrees(), "{one:?}");
@@ -542,9 +543,9 @@ fn the_curves_of_a_datasheet_are_read_beside_the_model() {
         panic!("one curve");
     };
     let step = beside(step);
-    // 90 % of 10.05 between 40 and 44 ms, and 10.68 of 10.05.
+    // 90 % of 10.04 on the way from 8.46 at 40 ms to 9.49 at 44 ms, and 10.68 of 10.04.
     let time = measured(&step, "step_time");
-    assert!((40.0..42.0).contains(&time), "{time}");
+    assert!((42.1..42.4).contains(&time), "{time}");
     let beyond = measured(&step, "overshoot");
     assert!((5.5..7.5).contains(&beyond), "{beyond}");
 }

@@ -5,8 +5,8 @@ use super::bench::Bench;
 
 /// Where the command turns on the bench, a share of full scale: the end of the part that is taken as straight.
 const TURN: f64 = 0.8;
-/// Steps up to there, and back again.
-const STEPS: (usize, usize) = (40, 120);
+/// Steps up to near there, the last ones as small as those back, so that what sticks has come to rest on one side, and back.
+const STEPS: (usize, usize, usize) = (40, 30, 120);
 /// How far the command goes back, % of full scale: so many widths of the slow cycle's loop, at least the second, at most the
 /// third.
 const BACK: (f64, f64, f64) = (3.0, 5.0, 60.0);
@@ -80,13 +80,16 @@ fn left(reversal: &[[f64; 2]], place: f64) -> Option<(f64, f64)> {
 pub(super) fn threshold(bench: &Bench, hysteresis: f64) -> Option<f64> {
     let full = bench.structure.full_scale;
     let back = 0.01 * (BACK.0 * hysteresis).clamp(BACK.1, BACK.2);
-    let share = |k: usize, steps: usize| k as f64 / steps as f64;
-    let up = (0..=STEPS.0).map(|k| TURN * share(k, STEPS.0));
-    let down = (1..=STEPS.1).map(|k| TURN - back * share(k, STEPS.1));
-    let commands: Vec<f64> = up.chain(down).map(|share| full * share).collect();
+    let step = back / STEPS.2 as f64;
+    let near = TURN - step * STEPS.1 as f64;
+    let far = (0..STEPS.0).map(|k| near * k as f64 / STEPS.0 as f64);
+    let up = (0..STEPS.1).map(|k| near + step * k as f64);
+    let down = (0..=STEPS.2).map(|k| TURN - step * k as f64);
+    let commands = far.chain(up).chain(down);
+    let commands: Vec<f64> = commands.map(|share| full * share).collect();
     let outputs = bench.settled(&commands, bench.rest());
     let output = usize::from(bench.structure.valve().is_some());
-    let rows = commands.iter().zip(&outputs).skip(STEPS.0);
+    let rows = commands.iter().zip(&outputs).skip(STEPS.0 + STEPS.1);
     let reversal: Vec<[f64; 2]> = rows
         .map(|(command, row)| [TURN * full - command, row[output]])
         .collect();

@@ -179,7 +179,7 @@ mod tests {
             println!("{reading:?}");
             assert!((reading.value - 1.2).abs() < 0.05, "{reading:?}");
             assert!(reading.low <= 1.2 + 0.01 && 1.2 - 0.01 <= reading.high);
-            let test = "flow over command, 11 reversals of 8 % at 0.8 %/s";
+            let test = "flow over command, 10 reversals of 8 % at 0.8 %/s";
             assert_eq!(reading.test, test);
         }
         let none = read(&record(0.4, 20.0, 0.0, 0.02)).unwrap().reading(0.0);

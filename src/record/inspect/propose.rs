@@ -170,10 +170,13 @@ impl Finder<'_> {
         const FLOW: Target = Target::Channel(Channel::Flow);
         let first = self.taken.get(&FLOW).copied();
         let unit = |index: usize| {
-            let says = |meaning: &Meaning| meaning.target == FLOW;
-            let label = &self.column(index).label;
-            let meaning = meanings(label).into_iter().find(says)?;
-            let unit = meaning.unit?;
+            let meanings = meanings(&self.column(index).label);
+            if meanings.iter().any(|meaning| meaning.target != FLOW) {
+                return None;
+            }
+            // A symbol with more in its name means nothing, its unit does.
+            let said = meanings.into_iter().find_map(|meaning| meaning.unit);
+            let unit = said.or_else(|| self.unit_for(index, Quantity::Flow))?;
             let known = Quantity::Flow.unit(Some(&unit), "").ok()?;
             let values = self.values(index).iter();
             Some((

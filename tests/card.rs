@@ -468,7 +468,7 @@ fn a_threshold_test_stands_beside_the_threshold_of_the_model() {
     assert!(!one.disagrees(), "{one:?}");
     // The gain of the flow meter cancels, a hundredth of the command is a hundredth of the threshold.
     let width = measured.high - measured.low;
-    assert!(width >= 0.024 && width < 0.06, "{measured:?}");
+    assert!((0.024..0.06).contains(&width), "{measured:?}");
     // In a step and in responses the sensors cancel.
     let (plain, unsure) = (beside("flow=0.001 %"), beside("flow=5 %, command=5 %"));
     for name in [

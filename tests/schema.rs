@@ -7,7 +7,8 @@ use std::path::Path;
 
 /// The schema of the document that says it is of `kind`.
 fn schema(kind: &str) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("schema/{kind}.schema.json"));
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/report/schema/{kind}.schema.json"));
     serde_json::from_str(&read_to_string(path).unwrap()).unwrap()
 }
 

@@ -12,7 +12,7 @@
 
 use super::Real;
 use super::declare::Declare;
-use super::valve::{OrificeFlows, Pressures};
+use super::four_ports::{OrificeFlows, Pressures};
 use crate::model::Parameter;
 
 /// The edges, by the ports that they connect.

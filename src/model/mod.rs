@@ -9,6 +9,7 @@ pub mod effects;
 #[doc(hidden)]
 pub mod exact_step;
 mod fluid;
+mod four_ports;
 mod free_form;
 mod input;
 #[doc(hidden)]

@@ -2,8 +2,9 @@
 
 use super::declare::{Declare, Listing};
 use super::edges::{Blocked, Edges};
+pub use super::four_ports::{OrificeFlows, Pressures};
 use super::orifice::{Orifice, Transition};
-use super::{Input, Parameter, Real};
+use super::{Parameter, Real};
 use serde::{Deserialize, Serialize};
 
 const PASCAL_PER_BAR: f64 = 1e5;
@@ -132,61 +133,6 @@ impl ValveForm {
         let mut listing = Listing::default();
         Valve::new(self, &mut listing);
         listing.0
-    }
-}
-
-/// Pressures at the ports, bar (gauge).
-#[derive(Debug, Clone, Copy)]
-pub struct Pressures<R> {
-    /// Port P.
-    pub supply: R,
-    /// Port T.
-    pub tank: R,
-    /// Port A.
-    pub a: R,
-    /// Port B.
-    pub b: R,
-}
-
-impl<R: Copy> Pressures<R> {
-    /// Those that are measured.
-    #[inline(always)]
-    pub fn of(input: &Input<R>) -> Self {
-        Self {
-            supply: input.supply,
-            tank: input.tank,
-            a: input.a,
-            b: input.b,
-        }
-    }
-}
-
-/// Flows through the orifices, L/min, positive in the direction of the name.
-#[derive(Debug, Clone, Copy)]
-pub struct OrificeFlows<R> {
-    /// P to A.
-    pub pa: R,
-    /// A to T.
-    pub at: R,
-    /// P to B.
-    pub pb: R,
-    /// B to T.
-    pub bt: R,
-    /// P to T through the centre path; zero with four orifices.
-    pub pt: R,
-}
-
-impl<R: Real> OrificeFlows<R> {
-    /// The load flow: the mean of what leaves A and what returns to B.
-    #[inline(always)]
-    pub fn load(&self) -> R {
-        ((self.pa - self.at) + (self.bt - self.pb)) * R::constant(0.5)
-    }
-
-    /// What the supply delivers.
-    #[inline(always)]
-    pub fn supply(&self) -> R {
-        self.pa + self.pb + self.pt
     }
 }
 

@@ -1,6 +1,6 @@
 //! What records of tests with blocked ports ask of the base model, beside records of other tests of the same valve.
 
-use super::records::around;
+use super::bounds::around;
 use crate::model::edges::{PILOT_FLOW, edge_name};
 use crate::model::valve::{MAX_AREA, RATED_DROP};
 use crate::model::{Output, Parameter, Structure};

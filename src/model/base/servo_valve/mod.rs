@@ -2,6 +2,7 @@
 //! its flow.
 
 mod blocked;
+mod bounds;
 mod records;
 
 pub use records::{parameters_for, remarks, scale_of, structure_for};

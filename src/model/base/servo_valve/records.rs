@@ -1,6 +1,7 @@
 //! The base model that a record asks for: its structure, and bounds for its parameters that follow from the data.
 
 use super::blocked;
+use super::bounds::{around, bound};
 use super::{
     Drive, GAIN, PISTON_AREA, PISTON_SPEED, POSITION_GAIN, POSITION_ZERO, Piston, Polarity,
     SPOOL_GAIN, ServoValve, TIME_CONSTANT,
@@ -14,8 +15,6 @@ use crate::model::{Hold, Output, Outputs, Parameter, Structure};
 use crate::record::{Channel, Direction, Record, Series, Unusual, full_scale};
 use crate::{Error, Result};
 
-/// Bounds of what follows from the ratio of two ranges lie this factor to either side of it.
-const AROUND: f64 = 100.0;
 /// No servo valve is faster: time constants (s) are not sought below it, gains (1/s) not above its inverse.
 const FASTEST: f64 = 5e-5;
 
@@ -316,22 +315,6 @@ pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
             .unwrap_or(10.0),
         speed: 20.0 * structure.full_scale,
         lines: Outputs::default(),
-    }
-}
-
-/// Sets the bounds, and the start value to their middle unless it is well inside them.
-fn bound(parameter: &mut Parameter, low: f64, high: f64) {
-    (parameter.low, parameter.high) = (low, high);
-    if !(0.1..0.9).contains(&parameter.to_unit(parameter.nominal())) {
-        parameter.set_nominal(parameter.from_unit(0.5));
-    }
-}
-
-/// Starts a logarithmic parameter at `value`, with bounds around it, unless the data gave no such value.
-pub(super) fn around(parameter: &mut Parameter, value: f64) {
-    if value.is_normal() {
-        parameter.set_nominal(value);
-        bound(parameter, value / AROUND, value * AROUND);
     }
 }
 

@@ -77,6 +77,13 @@ fn tie_of(parameter: &str) -> String {
     parameter.replace("_flow", ".flow")
 }
 
+/// The comparison of two records with what is planted in each, the second with noise of its own.
+fn of_records(folder: &Path, seed: u64, [before, after]: [&[&str]; 2]) -> Value {
+    write(folder.join("before.csv"), record(seed, before, |_| {})).unwrap();
+    write(folder.join("after.csv"), record(seed + 1, after, |_| {})).unwrap();
+    compared(folder)
+}
+
 #[test]
 fn wear_is_named_and_of_what_stayed_nothing_is_said() {
     let folder = tempfile::tempdir().unwrap();
@@ -85,17 +92,7 @@ fn wear_is_named_and_of_what_stayed_nothing_is_said() {
     for (i, (wear, before, after, expected)) in WEAR.iter().enumerate() {
         for valve in 0..valves {
             let seed = 100 * i as u64 + 2 * valve + 1;
-            write(
-                folder.path().join("before.csv"),
-                record(seed, before, |_| {}),
-            )
-            .unwrap();
-            write(
-                folder.path().join("after.csv"),
-                record(seed + 1, after, |_| {}),
-            )
-            .unwrap();
-            let document = compared(folder.path());
+            let document = of_records(folder.path(), seed, [before, after]);
             let changed = changed(&document);
             // By its own name, or by one that no such record can tell from it.
             let ties: Vec<&str> = document["effects"]
@@ -138,17 +135,7 @@ fn what_has_not_changed_is_not_said_to_have() {
             &["hysteresis=0.2", "null_bias=0.1"],
         ][pair % 3];
         let seed = 1000 + 2 * pair as u64;
-        write(
-            folder.path().join("before.csv"),
-            record(seed, planted, |_| {}),
-        )
-        .unwrap();
-        write(
-            folder.path().join("after.csv"),
-            record(seed + 1, planted, |_| {}),
-        )
-        .unwrap();
-        let document = compared(folder.path());
+        let document = of_records(folder.path(), seed, [planted; 2]);
         quiet += usize::from(document["answer"] == "Nothing changed that these records show.");
         told += &format!("{seed}: {}\n", document["answer"]);
     }

@@ -1,6 +1,7 @@
 //! Means, squares and trends of stretches of rows.
 
 use crate::diagnose::statistics::rows::coloured;
+use crate::record::ends;
 
 /// Rows in a block whose variance is one vote.
 const BLOCK: usize = 128;
@@ -22,11 +23,7 @@ pub(super) fn middle_square(values: &[f64]) -> f64 {
 }
 
 pub(super) fn range(values: &[f64]) -> f64 {
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
-            (low.min(v), high.max(v))
-        });
+    let (low, high) = ends(values);
     high - low
 }
 

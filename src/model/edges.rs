@@ -359,9 +359,11 @@ mod tests {
             let edges = edges(values.map(|(position, clearance, radius)| [position, clearance, radius]), 0.0);
             let Blocked { a, b, return_flow } = edges.blocked(x, supply, tank);
             let blocked = edges.flows(x, &Pressures { supply, tank, a, b });
-            prop_assert!((blocked.pa - blocked.at).abs() < 1e-6 * (1e-3 + blocked.pa), "{blocked:?}");
-            prop_assert!((blocked.pb - blocked.bt).abs() < 1e-6 * (1e-3 + blocked.pb), "{blocked:?}");
-            prop_assert!((blocked.at + blocked.bt - return_flow).abs() < 1e-6 * (1e-3 + return_flow));
+            // A pressure is rounded to 1e-13 bar, and under so small a drop an open edge passes up to 5e-7 L/min.
+            let same = |one: f64, other: f64| (one - other).abs() < 1e-6 * (1.0 + one);
+            prop_assert!(same(blocked.pa, blocked.at), "{blocked:?}");
+            prop_assert!(same(blocked.pb, blocked.bt), "{blocked:?}");
+            prop_assert!(same(return_flow, blocked.at + blocked.bt), "{blocked:?}");
             let open = edges.connected_flows(x, supply, tank);
             let (enters, leaves) = (open.pa + open.pb, open.at + open.bt);
             prop_assert!((enters - leaves).abs() < 1e-3 * enters + 1e-4, "{open:?}");

@@ -24,6 +24,15 @@ pub(super) struct Tests {
 
 impl Tests {
     pub(super) fn of(bench: &Bench) -> Self {
+        Self::with(bench, |amplitude| Response::of(bench, amplitude))
+    }
+
+    /// The same of a valve that differs little from this one's: of its responses only the limits.
+    pub(super) fn near(&self, bench: &Bench) -> Self {
+        Self::with(bench, |amplitude| self.response(amplitude)?.near(bench))
+    }
+
+    fn with(bench: &Bench, response: impl Fn(f64) -> Option<Response>) -> Self {
         let full_scale = bench.structure.full_scale;
         let cycle = Cycle::of(bench);
         let figures = cycle.figures(full_scale);
@@ -36,9 +45,7 @@ impl Tests {
             Some(blocked) => Some(blocked.leakage),
             None => valve.map(|(_, null)| leakage(bench, null)),
         };
-        let responses = AMPLITUDES
-            .iter()
-            .filter_map(|&share| Response::of(bench, share));
+        let responses = AMPLITUDES.iter().filter_map(|&share| response(share));
         Self {
             responses: responses.collect(),
             step: Step::of(bench),
@@ -63,18 +70,19 @@ impl Tests {
         FIGURES.iter().map(value).collect()
     }
 
+    fn response(&self, amplitude: f64) -> Option<&Response> {
+        let mut all = self.responses.iter();
+        all.find(|response| response.amplitude == amplitude)
+    }
+
     fn value(&self, source: Source) -> Option<f64> {
-        let response = |amplitude| {
-            let mut all = self.responses.iter();
-            all.find(|response| response.amplitude == amplitude)
-        };
         match source {
             Source::Cycle(figure) => figure(self.figures.as_ref()?),
             Source::PressureGain => self.pressure_gain,
             Source::Leakage => self.leakage,
             Source::Threshold => self.threshold,
-            Source::AmplitudeLimit(amplitude) => response(amplitude)?.amplitude_limit,
-            Source::PhaseLimit(amplitude) => response(amplitude)?.phase_limit,
+            Source::AmplitudeLimit(amplitude) => self.response(amplitude)?.amplitude_limit,
+            Source::PhaseLimit(amplitude) => self.response(amplitude)?.phase_limit,
             Source::StepTime => Some(1e3 * self.step.as_ref()?.time?),
             Source::Overshoot => Some(self.step.as_ref()?.overshoot),
         }

@@ -157,7 +157,7 @@ impl Card {
                 .into_par_iter()
                 .filter(|axis| noisy || !axis.determined)
                 .map(|axis| Axis {
-                    ends: axis.ends.map(|free| Tests::of(&bench(&free)).values()),
+                    ends: axis.ends.map(|free| tests.near(&bench(&free)).values()),
                     determined: axis.determined,
                 })
                 .collect(),

@@ -13,8 +13,11 @@ const SETTLING: (f64, f64, f64) = (3.0, 10.0, 400.0);
 const RANGE: (f64, f64) = (0.02, 50.0);
 /// How many there are.
 const POINTS: usize = 60;
-/// Bisections of the interval of two frequencies in which a limit is crossed.
-const BISECTIONS: usize = 14;
+/// How often a limit is sought at most between two frequencies, and the share of a frequency to which it is found.
+const ROUNDS: usize = 20;
+const PRECISION: f64 = 1e-6;
+/// The first step from the limit of one valve to that of another, in the logarithm of the frequency.
+const STEP: f64 = 0.01;
 /// Gain (dB) beyond which nobody looks.
 const END: f64 = -24.0;
 
@@ -68,14 +71,44 @@ impl Response {
                 break;
             }
         }
+        let [amplitude_limit, phase_limit] = LIMITS.map(|excess| sweep.crossing(&points, excess));
         Some(Self {
             amplitude,
-            amplitude_limit: sweep.crossing(&points, |point| point.gain - 10.0 * 0.5f64.log10()),
-            phase_limit: sweep.crossing(&points, |point| point.phase + 90.0),
+            amplitude_limit,
+            phase_limit,
             points,
         })
     }
+
+    /// The response of a valve that differs little from this one's: its limits, sought near these, and no points.
+    pub(super) fn near(&self, bench: &Bench) -> Option<Self> {
+        let command = 0.01 * self.amplitude * bench.structure.full_scale;
+        let corner = corner(bench, command)?;
+        let mut sweep = Sweep {
+            bench,
+            command,
+            low: 0.0,
+        };
+        let range = [corner * RANGE.0, corner * RANGE.1];
+        sweep.low = sweep.at(range[0], 0.0).gain;
+        let limit = |known: Option<f64>, excess| sweep.crossing_near(known?, range, excess);
+        Some(Self {
+            amplitude: self.amplitude,
+            points: Vec::new(),
+            amplitude_limit: limit(self.amplitude_limit, LIMITS[0]),
+            phase_limit: limit(self.phase_limit, LIMITS[1]),
+        })
+    }
 }
+
+/// How far a point is above the limit: of the gain at −3 dB, and of the phase at −90°.
+const LIMITS: [fn(&Point) -> f64; 2] = [
+    |point| point.gain - HALF_POWER,
+    |point| point.phase - QUARTER_TURN,
+];
+/// 10 log10 ½, dB.
+const HALF_POWER: f64 = -10.0 * std::f64::consts::LOG10_2;
+const QUARTER_TURN: f64 = -90.0;
 
 /// Where the loop begins to fall behind a sine of this amplitude, Hz.
 fn corner(bench: &Bench, command: f64) -> Option<f64> {
@@ -122,17 +155,57 @@ impl Sweep<'_> {
     }
 
     /// The lowest frequency at which `excess` is no longer positive.
-    fn crossing(&self, points: &[Point], excess: impl Fn(&Point) -> f64) -> Option<f64> {
+    fn crossing(&self, points: &[Point], excess: fn(&Point) -> f64) -> Option<f64> {
         let after = points.iter().position(|point| excess(point) <= 0.0)?;
-        let (mut low, mut high) = (points[after.checked_sub(1)?], points[after]);
-        for _ in 0..BISECTIONS {
-            let middle = (low.frequency * high.frequency).sqrt();
-            let point = self.at(middle, 0.5 * (low.phase + high.phase));
-            match excess(&point) > 0.0 {
-                true => low = point,
-                false => high = point,
+        let ends = [points[after.checked_sub(1)?], points[after]];
+        Some(self.between(ends, excess))
+    }
+
+    /// The frequency nearest to `known` at which `excess` is no longer positive, inside of `range`.
+    fn crossing_near(&self, known: f64, range: [f64; 2], excess: fn(&Point) -> f64) -> Option<f64> {
+        let mut from = self.at(known, QUARTER_TURN);
+        let rises = excess(&from) > 0.0;
+        let mut step = if rises { STEP } else { -STEP };
+        loop {
+            let next = self.at(from.frequency * f64::exp(step), from.phase);
+            if !(range[0]..range[1]).contains(&next.frequency) || !next.gain.is_finite() {
+                return None;
+            }
+            if (excess(&next) > 0.0) != rises {
+                let ends = if rises { [from, next] } else { [next, from] };
+                return (ends[0].gain >= END).then(|| self.between(ends, excess));
+            }
+            (from, step) = (next, 2.0 * step);
+        }
+    }
+
+    /// Where between two points `excess` falls below zero: regula falsi over the logarithm of the frequency, in which the
+    /// height of a side that stays twice in a row is halved (Illinois).
+    fn between(&self, [mut low, mut high]: [Point; 2], excess: fn(&Point) -> f64) -> f64 {
+        let (mut above, mut below) = (excess(&low), excess(&high));
+        let mut moved_low = None;
+        for _ in 0..ROUNDS {
+            let width = (high.frequency / low.frequency).ln();
+            if width <= PRECISION || below == 0.0 {
+                break;
+            }
+            let share = (above / (above - below)).clamp(0.01, 0.99);
+            let frequency = low.frequency * (share * width).exp();
+            let point = self.at(frequency, 0.5 * (low.phase + high.phase));
+            let found = excess(&point);
+            let moves_low = found > 0.0;
+            let shrink = if moved_low == Some(moves_low) {
+                0.5
+            } else {
+                1.0
+            };
+            moved_low = Some(moves_low);
+            match moves_low {
+                true => (low, above, below) = (point, found, shrink * below),
+                false => (high, below, above) = (point, found, shrink * above),
             }
         }
-        Some((low.frequency * high.frequency).sqrt())
+        let share = above / (above - below);
+        low.frequency * (high.frequency / low.frequency).powf(share)
     }
 }

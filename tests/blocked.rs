@@ -101,7 +101,7 @@ fn root(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// A sweep of 100 s, ten rows a second, and half of another.
+/// A sweep of 100 s, five rows a second, and half of another.
 struct Sweep {
     /// Largest command, V, of a full scale of 10 V.
     reach: f64,
@@ -141,8 +141,8 @@ impl Sweep {
         let mut text =
             format!("time [s],command [V],{heads},supply_pressure [bar],return_pressure [bar]\n");
         let mut spool = 0.0f64;
-        for k in 0..1500 {
-            let time = 0.1 * f64::from(k);
+        for k in 0..750 {
+            let time = 0.2 * f64::from(k);
             let phase = (time / 100.0).fract();
             let command = 4.0
                 * self.reach

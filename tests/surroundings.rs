@@ -112,8 +112,8 @@ fn a_full_disk_leaves_no_half_file() {
         .args([
             "identify",
             "bench.csv",
-            "--evaluator",
-            "cpu",
+            "--max-effects",
+            "0",
             "--out",
             "result",
             "--quiet",
@@ -121,8 +121,8 @@ fn a_full_disk_leaves_no_half_file() {
         .status();
     assert!(model.unwrap().success());
     let calls = [
-        "identify bench.csv --evaluator cpu --out disk/out --quiet",
-        "identify bench.csv --evaluator cpu --out disk/out --quiet --checkpoint kept",
+        "identify bench.csv --max-effects 0 --out disk/out --quiet",
+        "identify bench.csv --max-effects 0 --out disk/out --quiet --checkpoint kept",
         "datasheet --case step --evaluator cpu --out disk/out --quiet",
         "simulate result/model.toml bench.csv --out disk/simulated.csv",
         "synthesize --out disk/record.csv",
@@ -157,8 +157,8 @@ fn a_full_disk_leaves_no_half_file() {
         .args([
             "identify",
             "bench.csv",
-            "--evaluator",
-            "cpu",
+            "--max-effects",
+            "0",
             "--out",
             "disk/out",
         ])

@@ -29,7 +29,8 @@ pub struct Fmu {
     pub without_binary: Option<String>,
 }
 
-/// The FMU of `model`, with a binary for this machine where `compiler`, a command such as `cc`, can make one.
+/// The FMU of `model`, with a binary for this machine where `compiler`, a command such as `cc`, can make one; its own options
+/// come last, so that they win.
 ///
 /// # Errors
 /// A file for the compiler cannot be written.
@@ -123,8 +124,8 @@ fn run(compiler: &str, folder: &Path, library: &Path) -> std::result::Result<(),
         "-fvisibility=hidden",
     ];
     let ran = Command::new(program)
-        .args(words)
         .args(options)
+        .args(words)
         .arg("-o")
         .arg(library)
         .arg(MAIN)

@@ -6,6 +6,7 @@ pub mod checkpoint;
 mod devices;
 mod evaluator;
 mod interrupt;
+mod order;
 mod population;
 pub mod problem;
 mod score;

@@ -309,6 +309,11 @@ impl Structure {
         list
     }
 
+    /// Names of the parameters that decide when an exact step meets an edge, the most telling first.
+    pub(crate) fn edges_follow(&self) -> &'static [&'static str] {
+        each_base!(Base, &self.base, base => base.edges_follow())
+    }
+
     /// The fastest rate (1/s) of any candidate inside the bounds of `parameters`, which are those of
     /// [`Structure::parameters`] with bounds of the caller's.
     pub fn fastest_rate(&self, parameters: &[Parameter]) -> f64 {

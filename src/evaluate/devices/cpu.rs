@@ -1,6 +1,7 @@
 //! The CPU evaluator: vectors of candidates, one vector a task, tasks on all cores.
 
 use crate::Result;
+use crate::evaluate::order::side_by_side;
 use crate::evaluate::problem::{Data, Problem, Series, Tone, Wave};
 use crate::evaluate::simulation::reference::cost_in;
 use crate::evaluate::simulation::simulate::{STATE_LIMIT, response, squares, with_states};
@@ -56,9 +57,11 @@ impl Evaluator for CpuEvaluator {
     }
 
     fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
-        Ok(match self.precision {
-            Precision::F64 => all_batches::<f64>(jobs, self.instructions),
-            Precision::F32 => all_batches::<f32>(jobs, self.instructions),
+        side_by_side(jobs, |jobs| {
+            Ok(match self.precision {
+                Precision::F64 => all_batches::<f64>(jobs, self.instructions),
+                Precision::F32 => all_batches::<f32>(jobs, self.instructions),
+            })
         })
     }
 }

@@ -61,6 +61,12 @@ pub trait BaseModel: Send + Sync + 'static {
     fn has_exact_step(&self, _structure: &Structure) -> bool {
         false
     }
+
+    /// Names of the parameters that decide when an exact step meets an edge of its equations, the most telling first:
+    /// candidates that have them alike meet it together.
+    fn edges_follow(&self) -> &'static [&'static str] {
+        &[]
+    }
 }
 
 /// A base model with its equations.

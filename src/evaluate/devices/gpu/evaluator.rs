@@ -11,6 +11,7 @@ use super::{limits, loops};
 use crate::evaluate::checking::warnings::Warnings;
 use crate::evaluate::devices::wgsl;
 use crate::evaluate::evaluator::{Evaluator, Job};
+use crate::evaluate::order::side_by_side;
 use crate::evaluate::population::{Cost, Population};
 use crate::evaluate::problem::Problem;
 use crate::evaluate::problem::identity::ShaderIdentity;
@@ -268,7 +269,7 @@ impl Evaluator for GpuEvaluator {
             compile: start.elapsed().as_secs_f64(),
             ..Timings::default()
         };
-        self.evaluate(jobs, &sources)
+        side_by_side(jobs, |jobs| self.evaluate(jobs, &sources))
     }
 
     fn take_warnings(&mut self) -> Vec<String> {

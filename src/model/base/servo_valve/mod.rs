@@ -209,6 +209,10 @@ impl BaseModel for ServoValve {
     fn has_exact_step(&self, structure: &Structure) -> bool {
         self.moves_a_spool() && !self.integrates_position(structure)
     }
+
+    fn edges_follow(&self) -> &'static [&'static str] {
+        &[SATURATION, GAIN, TIME_CONSTANT]
+    }
 }
 
 impl WithEquations for ServoValve {

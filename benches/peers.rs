@@ -72,12 +72,12 @@ fn main() {
     };
     let mut peers = ours(&problem, &choose);
     let rows = record(&problem);
-    peers.push(alone::<Rk4, 32, 5>(rows, &choose));
-    peers.push(alone::<Rk4, 64, 5>(rows, &choose));
-    // What steps small enough for the accuracy of our exact steps cost.
-    peers.push(alone::<Rk4, 64, 20>(rows, &choose));
-    peers.push(alone::<Rk4, 64, 80>(rows, &choose));
-    peers.push(alone::<Midpoint, 64, 80>(rows, &choose));
+    // How many steps a row an accuracy needs is found by who compares.
+    macro_rules! alone {
+        ($method:ty: $($steps:literal),*) => {$(peers.push(alone::<$method, 64, $steps>(rows, &choose));)*};
+    }
+    alone!(Rk4: 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40);
+    alone!(Midpoint: 12, 16, 20, 24, 32, 40, 56, 80);
     let costs: Vec<Vec<f64>> = peers.iter_mut().map(|peer| (peer.costs)()).collect();
     // In turn, so that what else the machine does meets all of them.
     for _ in 0..runs {

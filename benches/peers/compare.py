@@ -3,12 +3,14 @@
 The task: z' = K sat(u - x, +-S), x' = (z - x) / T from the equilibrium with the first command, u held over 1000 rows of
 1 ms, the sum over the rows of (target - x)^2, for 16 384 candidates (K, T, S). Slow tools get fewer candidates.
 
-Everybody's costs and trajectories are checked against a converged solution. Writes results.csv and table.md beside this
-script. Call: python compare.py [--rounds 5] [--break PEER]
+Everybody takes as many steps a row as an accuracy needs: the largest error of a trajectory, of full scale, that 90 % of
+the candidates keep against a converged solution. Costs are checked against it, too. Writes results.csv and table.md
+beside this script. Call: python compare.py [--rounds 5] [--break PEER]
 """
 
 import argparse
 import csv
+import re
 import datetime
 import os
 import platform
@@ -25,11 +27,13 @@ from scipy.integrate import solve_ivp
 
 # Must be set before JAX starts.
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+import diffrax
 import jax
 import jax.numpy as jnp
 
 HERE = Path(__file__).parent
-STEPS = 5  # integration steps a row of those who take fixed ones
+TARGETS = 1e-4, 1e-5  # errors of a trajectory, of full scale
+STEPS = 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 28, 32, 40  # integration steps a row that are tried
 ROW = 1e-3  # s
 FULL_SCALE = 10.0
 TRAJECTORIES = 64
@@ -37,7 +41,7 @@ CHECKED = 2048  # candidates whose costs are checked
 OURS = "servobee CPU f32"
 OFF = 1.005  # what --break does to every gain
 # Largest relative difference from the converged costs, in the median and for 90 % of the candidates. The rest are
-# lightly damped in deep saturation, where these fixed steps miss the converged cost.
+# lightly damped in deep saturation, where fixed steps miss the converged cost.
 TOLERANCE = {"median": 5e-5, "90 %": 2e-3}
 
 
@@ -83,7 +87,7 @@ def scalar(steps, dtype):
 
 
 class Numba:
-    def __init__(self, dtype, steps=STEPS):
+    def __init__(self, dtype, steps):
         self.dtype, self.steps_per_row, self.all_costs = dtype, steps, scalar(steps, dtype)
 
     def prepare(self, record, candidates):
@@ -103,7 +107,8 @@ class Numba:
 class Numpy:
     """All candidates of a step at once, in f32."""
 
-    steps_per_row = STEPS
+    def __init__(self, steps):
+        self.steps_per_row = steps
 
     def prepare(self, record, candidates):
         self.record = record.astype(np.float32)
@@ -114,12 +119,12 @@ class Numpy:
         return self.gain * np.clip(u - x, -self.limit, self.limit), (z - x) * self.rate
 
     def spools(self):
-        step = np.float32(ROW / STEPS)
+        step = np.float32(ROW / self.steps_per_row)
         half, sixth = step / 2, step / 6
         z = x = np.full_like(self.gain, self.record[0, 0])
         for u in self.record[:, 0]:
             yield x
-            for _ in range(STEPS):
+            for _ in range(self.steps_per_row):
                 za, xa = self.slopes(z, x, u)
                 zb, xb = self.slopes(z + half * za, x + half * xa, u)
                 zc, xc = self.slopes(z + half * zb, x + half * xb, u)
@@ -138,34 +143,40 @@ class Numpy:
 
 
 class Jax:
-    """jit of vmap over the candidates of lax.scan over the rows, in f32."""
+    """jit of vmap over the candidates of lax.scan over the rows, in f32, with RK4 by hand."""
 
-    steps_per_row = STEPS
+    def __init__(self, steps):
+        self.steps_per_row = steps
+
+    def stepper(self, slopes, step):
+        """What takes z and x over a step under the command u."""
+        half, sixth = step / 2, step / 6
+
+        def advance(z, x, u):
+            za, xa = slopes(z, x, u)
+            zb, xb = slopes(z + half * za, x + half * xa, u)
+            zc, xc = slopes(z + half * zb, x + half * xb, u)
+            zd, xd = slopes(z + step * zc, x + step * xc, u)
+            return z + sixth * (za + 2 * zb + 2 * zc + zd), x + sixth * (xa + 2 * xb + 2 * xc + xd)
+
+        return advance
 
     def prepare(self, record, candidates):
-        step = np.float32(ROW / STEPS)
-        half, sixth = step / 2, step / 6
+        step = np.float32(ROW / self.steps_per_row)
 
         def simulate(candidate, record, keep):
             gain, time_constant, limit = candidate
             rate = 1 / time_constant
-
-            def slopes(z, x, u):
-                return gain * jnp.clip(u - x, -limit, limit), (z - x) * rate
+            advance = self.stepper(lambda z, x, u: (gain * jnp.clip(u - x, -limit, limit), (z - x) * rate), step)
 
             def row(state, sample):
                 z, x, total = state
                 u, target = sample
-                spool = x
                 total += (target - x) ** 2
-                for _ in range(STEPS):
-                    za, xa = slopes(z, x, u)
-                    zb, xb = slopes(z + half * za, x + half * xa, u)
-                    zc, xc = slopes(z + half * zb, x + half * xb, u)
-                    zd, xd = slopes(z + step * zc, x + step * xc, u)
-                    z += sixth * (za + 2 * zb + 2 * zc + zd)
-                    x += sixth * (xa + 2 * xb + 2 * xc + xd)
-                return (z, x, total), spool if keep else None
+                one = lambda state, _: (advance(*state, u), None)
+                # Unrolled as far as that makes it faster.
+                after, _ = jax.lax.scan(one, (z, x), None, length=self.steps_per_row, unroll=8)
+                return (*after, total), x if keep else None
 
             start = record[0, 0]
             (_, _, total), spools = jax.lax.scan(row, (start, start, 0.0), (record[:, 0], record[:, 1]))
@@ -182,6 +193,25 @@ class Jax:
 
     def trajectories(self):
         return np.asarray(self.spools(*self.arguments))
+
+
+class Diffrax(Jax):
+    """The same with the steps of a solver of diffrax."""
+
+    def __init__(self, solver, steps):
+        super().__init__(steps)
+        self.solver = solver
+
+    def stepper(self, slopes, step):
+        term = diffrax.ODETerm(lambda t, state, u: slopes(*state, u))
+
+        def advance(z, x, u):
+            # Each step begins anew: the command may have jumped before it.
+            begun = self.solver.init(term, 0.0, step, (z, x), u)
+            state, *_ = self.solver.step(term, 0.0, step, (z, x), u, begun, True)
+            return state
+
+        return advance
 
 
 class Scipy:
@@ -225,13 +255,16 @@ class Scipy:
         return ((self.record[:, 1] - self.trajectories()) ** 2).sum(axis=1)
 
 
-# Each with so many candidates that a run takes some seconds at most.
+# What is tried, with so many candidates that a run takes some seconds at most: a tool for each number of steps, or, where
+# they are adaptive, for each tolerance.
 OTHERS = {
-    "SciPy solve_ivp RK45": (Scipy("RK45", 1e-4, 1e-4), 8),
-    "NumPy over the population f32": (Numpy(), 4096),
-    "Numba prange f64": (Numba(np.float64), 16_384),
-    "Numba prange f32": (Numba(np.float32), 16_384),
-    "JAX jit vmap scan f32": (Jax(), 16_384),
+    "SciPy solve_ivp RK45": ([Scipy("RK45", 10.0**-k, 10.0**-k) for k in range(4, 9)], 8),
+    "NumPy over the population f32": ([Numpy(steps) for steps in STEPS], 4096),
+    "Numba prange f64": ([Numba(np.float64, steps) for steps in STEPS], 16_384),
+    "Numba prange f32": ([Numba(np.float32, steps) for steps in STEPS], 16_384),
+    "JAX jit vmap scan f32": ([Jax(steps) for steps in STEPS], 16_384),
+    "diffrax Heun f32": ([Diffrax(diffrax.Heun(), steps) for steps in STEPS], 16_384),
+    "diffrax Tsit5 f32": ([Diffrax(diffrax.Tsit5(), steps) for steps in STEPS], 16_384),
 }
 
 
@@ -250,38 +283,71 @@ def run_ours(folder, broken):
     return {name: (float(steps), int(count), [float(s) for s in seconds]) for name, steps, count, *seconds in rows}
 
 
+def chosen(name, record, candidates, exact):
+    """Of a tool's numbers of steps the first that keeps each of the targets, with its errors."""
+    tools, count = OTHERS[name]
+    wanted, kept = list(TARGETS), {}
+    for tool in tools:
+        some = candidates[: min(count, TRAJECTORIES)]
+        tool.prepare(record, some)
+        errors = quantiles(np.abs(tool.trajectories() - exact[: len(some)]).max(axis=1) / FULL_SCALE)
+        while wanted and errors["90 %"] <= wanted[0]:
+            kept[wanted.pop(0)] = tool, errors
+        if not wanted:
+            break
+    return kept
+
+
+def family(name):
+    """Of a stand-alone loop what it is called without its number of steps."""
+    return re.sub(r" \d+ steps$", "", name)
+
+
 def measure(folder, rounds, broken):
-    """All peers' times, costs and trajectories. They take turns: what else the machine does meets all of them."""
+    """All peers' times, costs and errors. They take turns: what else the machine does meets all of them."""
     read = lambda name: np.loadtxt(folder / name, delimiter=",", skiprows=1)
     rows = lambda name: list(csv.reader(open(folder / name)))
     peers = {}
     for name, (steps, count, _) in run_ours(folder, broken).items():
-        peers[name] = {"steps_per_row": steps, "candidates": count, "seconds": [], "compile": 0.0, "spools": []}
+        peers[name] = {"family": family(name), "steps_per_row": steps, "candidates": count, "seconds": [], "compile": 0.0}
+        peers[name]["spools"] = []
     for name, costs in zip(rows("costs.csv")[0], read("costs.csv").T, strict=True):
         peers[name]["costs"] = costs
     for name, *spool in rows("trajectories.csv")[1:]:
         peers[name]["spools"].append([float(x) for x in spool])
     record, candidates = read("record.csv"), read("candidates.csv")
+    exact, exact_spools = converged(record, candidates[:CHECKED])
+    for peer in peers.values():
+        if spools := peer.pop("spools"):
+            errors = np.abs(np.array(spools) - exact_spools[: len(spools)]).max(axis=1)
+            peer["error"] = quantiles(errors / FULL_SCALE)
 
-    for name, (tool, count) in OTHERS.items():
-        tool.prepare(record, candidates[:count] * gains(name, broken))
-        start = time.perf_counter()
-        costs = np.asarray(tool.costs(), float)
-        first = time.perf_counter() - start
-        peers[name] = {"steps_per_row": tool.steps_per_row, "candidates": count, "seconds": [], "costs": costs}
-        peers[name]["compile"] = first
+    tools = {}
+    for name, (_, count) in OTHERS.items():
+        kept = chosen(name, record, candidates, exact_spools).values()
+        for tool, errors in {id(tool): (tool, errors) for tool, errors in kept}.values():
+            label = f"{name} {tool.steps_per_row} steps" if tool.steps_per_row else f"{name} {tool.options['rtol']:.0e}"
+            tool.prepare(record, candidates[:count] * gains(name, broken))
+            start = time.perf_counter()
+            costs = np.asarray(tool.costs(), float)
+            first = time.perf_counter() - start
+            peers[label] = {"family": name, "steps_per_row": tool.steps_per_row, "candidates": count, "seconds": []}
+            peers[label] |= {"costs": costs, "compile": first, "error": errors}
+            tools[label] = tool
     for _ in range(rounds):
         for name, (_, _, seconds) in run_ours(folder, broken).items():
             peers[name]["seconds"] += seconds
-        for name, (tool, _) in OTHERS.items():
+        for label, tool in tools.items():
             start = time.perf_counter()
             tool.costs()
-            peers[name]["seconds"].append(time.perf_counter() - start)
-    for name, (tool, count) in OTHERS.items():
-        peers[name]["compile"] = max(peers[name]["compile"] - float(np.median(peers[name]["seconds"])), 0.0)
-        tool.prepare(record, candidates[: min(count, TRAJECTORIES)] * gains(name, broken))
-        peers[name]["spools"] = tool.trajectories()
-    return peers, record, candidates
+            peers[label]["seconds"].append(time.perf_counter() - start)
+    for label in tools:
+        peers[label]["compile"] = max(peers[label]["compile"] - float(np.median(peers[label]["seconds"])), 0.0)
+    for peer in peers.values():
+        peer["rate"] = peer["candidates"] / float(np.median(peer["seconds"]))
+        peer["best"] = peer["candidates"] / min(peer["seconds"])
+        peer["cost"] = quantiles(np.abs(peer["costs"][:CHECKED] / exact[: peer["candidates"]] - 1))
+    return peers, len(record)
 
 
 def converged(record, candidates):
@@ -307,20 +373,11 @@ def main():
     parser.add_argument("--break", dest="broken", metavar="PEER", help="make one peer's gains 0.5 %% too large")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as directory:
-        peers, record, candidates = measure(Path(directory), arguments.rounds, arguments.broken)
-    if arguments.broken not in (None, *peers):
+        peers, rows = measure(Path(directory), arguments.rounds, arguments.broken)
+    if arguments.broken not in (None, *peers, *OTHERS):
         parser.error(f"no peer is called so; there are {', '.join(peers)}")
-    exact, exact_spools = converged(record, candidates[:CHECKED])
-
     wrong = []
     for name, peer in peers.items():
-        peer["rate"] = peer["candidates"] / float(np.median(peer["seconds"]))
-        peer["best"] = peer["candidates"] / min(peer["seconds"])
-        peer["cost"] = quantiles(np.abs(peer["costs"][:CHECKED] / exact[: peer["candidates"]] - 1))
-        if len(peer["spools"]):
-            spools = np.array(peer["spools"])
-            errors = np.abs(spools - exact_spools[: len(spools)]).max(axis=1)
-            peer["error"] = quantiles(errors / FULL_SCALE)
         difference = ", ".join(f"{key} {value:.1e}" for key, value in peer["cost"].items())
         print(f"{name}: {peer['rate']:.0f} candidates/s, costs differ by {difference}")
         wrong += [name for key, most in TOLERANCE.items() if not peer["cost"][key] <= most][:1]
@@ -328,7 +385,17 @@ def main():
         sys.exit(f"other costs than the converged solution's: {', '.join(wrong)}")
     if arguments.broken:
         sys.exit(f"the error in {arguments.broken} was not noticed")
-    write(peers, len(record))
+    write(peers, rows)
+
+
+def best_of_each(peers, target):
+    """Of every family the fastest that keeps the target, the fastest first. Costs are all that a GPU gives: its errors are
+    those of the same steps on the CPU."""
+    best = {}
+    for name, peer in peers.items():
+        if peer.get("error", {"90 %": 0.0})["90 %"] <= target:
+            best[peer["family"]] = max(best.get(peer["family"], name), name, key=lambda name: peers[name]["rate"])
+    return sorted(best.values(), key=lambda name: -peers[name]["rate"])
 
 
 def write(peers, rows):
@@ -336,45 +403,55 @@ def write(peers, rows):
     with open(HERE / "results.csv", "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(
-            "peer candidates runs steps_per_row compile_seconds candidates_per_second best_candidates_per_second"
+            "error peer candidates runs steps_per_row compile_seconds candidates_per_second best_candidates_per_second"
             " row_steps_per_second ours_over_peer best_ours_over_best_peer"
             " error_median error_90 error_max cost_median cost_90 cost_max".split()
         )
-        for name, peer in peers.items():
-            ratios = ours["rate"] / peer["rate"], ours["best"] / peer["best"]
-            numbers = peer["compile"], peer["rate"], peer["best"], peer["rate"] * rows, *ratios
-            errors = [f"{e:.2e}" for e in peer["error"].values()] if "error" in peer else [""] * 3
-            costs = [f"{value:.2e}" for value in peer["cost"].values()]
-            head = name, peer["candidates"], len(peer["seconds"]), peer["steps_per_row"] or ""
-            writer.writerow([*head, *(f"{n:.4g}" for n in numbers), *errors, *costs])
+        for target in TARGETS:
+            for name in best_of_each(peers, target):
+                peer = peers[name]
+                ratios = ours["rate"] / peer["rate"], ours["best"] / peer["best"]
+                numbers = peer["compile"], peer["rate"], peer["best"], peer["rate"] * rows, *ratios
+                errors = [f"{e:.2e}" for e in peer["error"].values()] if "error" in peer else [""] * 3
+                costs = [f"{value:.2e}" for value in peer["cost"].values()]
+                head = f"{target:g}", name, peer["candidates"], len(peer["seconds"]), peer["steps_per_row"] or ""
+                writer.writerow([*head, *(f"{n:.4g}" for n in numbers), *errors, *costs])
     with open(HERE / "table.md", "w") as file:
-        packages = ", ".join(f"{p} {version(p)}" for p in ("jax", "numba", "numpy", "scipy"))
+        packages = ", ".join(f"{p} {version(p)}" for p in ("jax", "diffrax", "numba", "numpy", "scipy"))
         rust = subprocess.run(["rustc", "--version"], capture_output=True, text=True).stdout.split()[1]
         print(
             f"`python benches/peers/compare.py`, {datetime.date.today()}, {os.cpu_count()} cores, {packages}, "
-            f"Python {platform.python_version()}, rustc {rust}. Ours: {OURS}.\n",
+            f"Python {platform.python_version()}, rustc {rust}. Ours: {OURS}. Everybody takes the fewest steps a row, of "
+            f"{', '.join(map(str, STEPS))}, with which 90 % of the candidates keep the error.",
             file=file,
         )
-        heads = ["peer", "steps a row", "candidates/s: median", "best run", "million row-steps/s"]
-        heads += ["ours / peer", "of best runs", "compile, s"]
-        heads += ["trajectory error: median, 90 %, max", "cost: median, 90 %, max"]
-        print("|", " | ".join(heads), "|", file=file)
-        print("|---" * len(heads) + "|", file=file)
-        spread = lambda of: ", ".join(f"{value:.0e}" for value in of.values()) if of else "-"
-        for name, peer in sorted(peers.items(), key=lambda item: -item[1]["rate"]):
-            cells = [
-                name,
-                f"{peer['steps_per_row']:g}" if peer["steps_per_row"] else "adaptive",
-                f"{peer['rate']:,.0f}",
-                f"{peer['best']:,.0f}",
-                f"{peer['rate'] * rows / 1e6:.3g}",
-                f"{ours['rate'] / peer['rate']:.3g}",
-                f"{ours['best'] / peer['best']:.3g}",
-                f"{peer['compile']:.1f}" if name in OTHERS else "-",
-                spread(peer.get("error")),
-                spread(peer["cost"]),
-            ]
-            print("|", " | ".join(cells), "|", file=file)
+        for target in TARGETS:
+            print(f"\nErrors up to {target:g} of full scale:\n", file=file)
+            table(peers, best_of_each(peers, target), ours, rows, file)
+
+
+def table(peers, names, ours, rows, file):
+    heads = ["peer", "steps a row", "candidates/s: median", "best run", "million row-steps/s"]
+    heads += ["ours / peer", "of best runs", "compile, s"]
+    heads += ["trajectory error: median, 90 %, max", "cost: median, 90 %, max"]
+    print("|", " | ".join(heads), "|", file=file)
+    print("|---" * len(heads) + "|", file=file)
+    spread = lambda of: ", ".join(f"{value:.0e}" for value in of.values()) if of else "-"
+    for name in names:
+        peer = peers[name]
+        cells = [
+            name,
+            f"{peer['steps_per_row']:g}" if peer["steps_per_row"] else "adaptive",
+            f"{peer['rate']:,.0f}",
+            f"{peer['best']:,.0f}",
+            f"{peer['rate'] * rows / 1e6:.3g}",
+            f"{ours['rate'] / peer['rate']:.3g}",
+            f"{ours['best'] / peer['best']:.3g}",
+            f"{peer['compile']:.1f}" if peer["family"] in OTHERS else "-",
+            spread(peer.get("error")),
+            spread(peer["cost"]),
+        ]
+        print("|", " | ".join(cells), "|", file=file)
 
 
 if __name__ == "__main__":

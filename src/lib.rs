@@ -23,6 +23,7 @@
 //! - [`card`]: the figures of a datasheet, as they follow from a fitted model and as the measured curves show them.
 //! - [`compare`]: two diagnoses, of before and after a repair: one structure fitted to both, and what changed.
 //! - [`report`]: what a run tells and leaves behind.
+//! - [`session`]: the way through all of them, from records to a page, in one call.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
 //! Each of them knows only those above it. Beside them stand `rig`, which makes records with planted effects from equations
@@ -39,10 +40,32 @@
 //! | a search | [`search::Search`] and [`search::Method`], here or outside, and its name in a [`search::Plan`] |
 //! | a device | [`evaluate::Evaluator`] |
 //! | a cost of errors | [`evaluate::Loss`] |
-//! | a file of a result | `src/cli/identify/files.rs` |
+//! | a file of a result | `src/session/diagnosed.rs` |
 //! | a field of a result | its struct in `src/report`, and its line in `schema` |
 //!
 //! Each was tried; `benches/house.py` counts what it takes.
+//!
+//! # From a record to a page
+//!
+//! ```
+//! use servobee::Session;
+//! use servobee::evaluate::{Choice, choose};
+//! use std::ops::ControlFlow;
+//!
+//! let session = Session::default();
+//! let records = session.read(&["tests/data/bench.csv"])?;
+//! let mut chosen = choose(Choice::Cpu)?;
+//! let diagnosed = session.identify(&records, &[], &mut chosen, &mut |_| ControlFlow::Continue(()))?;
+//! assert_eq!(diagnosed.document.effect_names(), ["delay"]);
+//!
+//! let folder = tempfile::tempdir().expect("a folder for the result");
+//! diagnosed.write(folder.path().join("result"), false)?;
+//! # assert!(folder.path().join("result/report.html").is_file());
+//! # servobee::Result::Ok(())
+//! ```
+//!
+//! What differs is named: `Session { loss: Some(OwnLoss::of::<Huber>()), ..Session::default() }`. `examples/own.rs` has an
+//! evaluator, a loss, a search and an effect that somebody else has written.
 //!
 //! # A fit
 //!
@@ -170,5 +193,7 @@ pub mod rig;
 #[doc(hidden)]
 pub mod scorecard;
 pub mod search;
+pub mod session;
 
 pub use error::{Error, Result};
+pub use session::Session;

@@ -39,6 +39,7 @@ mod resume;
 mod rig;
 mod schema;
 mod scorecard;
+mod session;
 mod shader;
 mod signals;
 mod surroundings;

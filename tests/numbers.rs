@@ -129,6 +129,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
             records: Vec::new(),
         },
         hold_known: true,
+        loss: None,
     };
     identify(
         problem,

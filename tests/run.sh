@@ -85,6 +85,10 @@ if [ "$(cargo run --release --locked --quiet -p outside -- tests/data/bench.csv)
     echo 'run.sh: a crate that depends on servobee does not find the delay in tests/data/bench.csv' | tee -a "$log" >&2
     status=1
 fi
+if [ "$(cargo run --release --locked --quiet --example own -- tests/data/bench.csv target/own)" != delay ]; then
+    echo 'run.sh: examples/own.rs does not find the delay in tests/data/bench.csv' | tee -a "$log" >&2
+    status=1
+fi
 if grep -q '^\[profile\.release' Cargo.toml; then
     echo 'run.sh: crates that depend on servobee do not get its profile for release' | tee -a "$log" >&2
     status=1

@@ -2,18 +2,18 @@
 
 mod files;
 
-use super::diagnosis::{DiagnosisOptions, Setup};
-use super::identify::files::report;
+use super::diagnosis::DiagnosisOptions;
 use super::options::RunOptions;
-use super::work::Work;
+use super::work::told;
 use super::{colour, interrupt};
 use files::{Folders, found};
 use indicatif::{ProgressBar, ProgressStyle};
-use servobee::evaluate::Chosen;
+use servobee::evaluate::{Chosen, Memory};
 use servobee::report::{
     Batch, BatchRow, InputFile, Journal, OutputFile, OutputFolder, RowStatus, batch_csv, batch_page,
 };
-use servobee::{Error, Result};
+use servobee::session::Diagnosed;
+use servobee::{Error, Result, Session};
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -56,9 +56,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let Arguments { out, run, .. } = arguments;
-    let setup = arguments.diagnosis.setup(run)?;
+    let session = arguments.diagnosis.session(run)?;
     let files = found(&arguments.files, out)?;
-    let journal = journal(out, run, &setup.fingerprint())?;
+    let journal = journal(out, run, &session.fingerprint())?;
     let chosen = run.evaluator()?;
     interrupt::watch()?;
     let mut batch = Running {
@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         folders: Folders::of(&journal),
         journal,
         chosen,
-        setup,
+        session,
         rows: Vec::new(),
         bar: bar(files.len()),
         written: Instant::now(),
@@ -113,7 +113,7 @@ fn bar(files: usize) -> ProgressBar {
 struct Running<'a> {
     out: &'a Path,
     run: &'a RunOptions,
-    setup: Setup,
+    session: Session,
     journal: Journal,
     folders: Folders,
     chosen: Chosen,
@@ -197,25 +197,28 @@ impl Running<'_> {
 
     /// Identifies the record at `path` and writes its report.
     fn identify(&mut self, path: &Path, file: &str) -> Result<BatchRow> {
-        let started = Instant::now();
         let prepared = {
-            let record = self.setup.read(&[path.to_owned()])?;
-            self.setup.prepare(&record, &[])?
+            let record = self.session.read(&[path])?;
+            self.session.prepare(&record, &[])?
         };
-        let work = Work::in_memory();
-        let diagnosed = prepared.diagnose(&mut self.chosen, &work, &self.bar)?;
-        let call = self.setup.call.clone();
-        let document = diagnosed.document(&self.chosen, self.run, started, call);
-        let identified = &diagnosed.identified;
+        let memory = Memory::default().stopped_by(interrupt::interrupt());
+        let prepared = prepared.remembering(memory.clone());
+        let bar = self.bar.clone();
+        let diagnosed = prepared.diagnose(&mut self.chosen, &mut |stage| {
+            bar.set_message(stage.to_owned());
+            interrupt::goes_on()
+        });
+        let diagnosed = told(diagnosed, &mut self.chosen, &memory)?;
         let folder = self.folders.of_file(file);
-        let files = report(identified, &document, &diagnosed.card);
+        let files = diagnosed.report_files();
         OutputFolder::reserve(&self.out.join(&folder), true)?.write(&files)?;
-        Ok(BatchRow::of(file, &document, &diagnosed.card, folder))
+        let Diagnosed { document, card, .. } = &diagnosed;
+        Ok(BatchRow::of(file, document, card, folder))
     }
 
     /// Writes the table and the page of what is done.
     fn write(&self) -> Result<Batch> {
-        let batch = Batch::of(self.rows.clone(), self.setup.call.arguments.clone());
+        let batch = Batch::of(self.rows.clone(), self.session.call.arguments.clone());
         for (name, text) in [
             ("batch.csv", batch_csv(&batch)),
             ("batch.json", batch.to_json()),

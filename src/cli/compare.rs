@@ -1,17 +1,14 @@
 //! `servobee compare`.
 
-use super::diagnosis::{DiagnosisOptions, Prepared, Setup};
-use super::identify::files::report;
-use super::options::{Options, spinner};
+use super::diagnosis::DiagnosisOptions;
+use super::options::Options;
 use super::table::{number, table};
-use super::{card, colour, interrupt};
+use super::work::{end, shown, told};
+use super::{card, colour};
 use servobee::Result;
-use servobee::compare::{Change, Comparison, Fate, Outcome, check_alike, compare};
-use servobee::evaluate::Fingerprint;
-use servobee::record::Record;
-use servobee::report::{ComparisonDocument, comparison_page};
+use servobee::compare::{Change, Comparison, Fate, Outcome};
+use servobee::report::ComparisonDocument;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// Compare a valve before and after a repair: one model fitted to both, what changed, and what did not
 ///
@@ -38,79 +35,31 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let started = Instant::now();
     let Arguments {
         diagnosis, options, ..
     } = arguments;
-    let setup = diagnosis.setup(&options.run)?;
+    let session = diagnosis.session(&options.run)?;
     let output = options.output()?;
-    let prepared = sides(&setup, arguments)?;
+    let pair = {
+        let before = session.read(&arguments.before)?;
+        let after = session.read(&arguments.with)?;
+        session.pair(&before, &after)?
+    };
     let mut chosen = options.evaluator()?;
-    let mut fingerprint = Fingerprint::default();
-    fingerprint.text("compare");
-    for side in &prepared {
-        fingerprint.text(&format!("{:x}", side.fingerprint()));
-    }
-    let work = options.begin(fingerprint.finish())?;
-    let bar = spinner();
-    let measured = prepared.each_ref().map(Prepared::measured);
-    let plan = prepared[0].plan(&work);
-    let [first, mut second] = prepared;
-    let before = first.diagnose(&mut chosen, &work, &bar);
-    let result = before.and_then(|before| {
-        second.takes_hold_of(&before.identified);
-        let after = second.diagnose(&mut chosen, &work, &bar)?;
-        work.check(before.identified.broken_off.as_deref())?;
-        work.check(after.identified.broken_off.as_deref())?;
-        let sides = [&before.identified, &after.identified];
-        let comparison = compare(sides, measured, &plan, &mut |stage| {
-            bar.set_message(stage.to_owned());
-            interrupt::goes_on()
-        })?;
-        Ok((before, after, comparison))
-    });
-    bar.finish_and_clear();
-    let (before, after, comparison) = result?;
-    let [old, new] = [&before, &after]
-        .map(|side| side.document(&chosen, &options.run, started, setup.call.clone()));
-    let seconds = started.elapsed().as_secs_f64();
-    let document = ComparisonDocument::of(&comparison, [&old, &new], setup.call, seconds);
+    let memory = options.begin(pair.fingerprint())?;
+    let pair = pair.remembering(&memory);
+    let compared = shown(|stage| pair.compare(&mut chosen, stage));
+    let compared = told(compared, &mut chosen, &memory)?;
+    let document = &compared.document;
     if options.talks() {
-        print(&comparison, &document);
+        print(&compared.comparison, document);
     }
     for warning in &document.warnings {
         colour::warning(warning);
     }
-    options.hand_over(&document.to_json(), output, || {
-        let mut files = vec![
-            ("compare.json".to_owned(), document.to_json()),
-            (
-                "compare.html".to_owned(),
-                comparison_page(&comparison, &document),
-            ),
-        ];
-        for (name, side, own) in [("before", &before, &old), ("after", &after, &new)] {
-            for (file, text) in report(&side.identified, own, &side.card) {
-                let end = file.rsplit('.').next().unwrap_or_default();
-                files.push((format!("{name}.{end}"), text));
-            }
-        }
-        files
-    })?;
-    work.end(None)?;
-    new.check_limits()
-}
-
-/// The problems of both sides, on the base model that all records together ask for.
-fn sides(setup: &Setup, arguments: &Arguments) -> Result<[Prepared; 2]> {
-    let before = setup.read(&arguments.before)?;
-    let after = setup.read(&arguments.with)?;
-    let all: Vec<Record> = before.iter().chain(&after).cloned().collect();
-    check_alike(&before, &after)?;
-    Ok([
-        setup.prepare_among(&all, &before, &[])?,
-        setup.prepare_among(&all, &after, &[])?,
-    ])
+    options.hand_over(&document.to_json(), output, || compared.files())?;
+    end(&memory, None)?;
+    compared.after.document.check_limits()
 }
 
 fn print(comparison: &Comparison, document: &ComparisonDocument) {

@@ -4,12 +4,12 @@ mod files;
 mod print;
 
 use super::options::{self, Options, progress};
-use super::work::interrupted;
+use super::work::{end, told};
 use super::{card, colour};
 use clap::ValueEnum;
 use servobee::card::Card;
 use servobee::evaluate::problem::Stream;
-use servobee::evaluate::{Evaluator, Fingerprint, Memory};
+use servobee::evaluate::{Evaluator, Fingerprint, Memory, interrupted};
 use servobee::record::{FlowCurve, ResponseCurve, StepCurve};
 use servobee::report::{Call, CutShort, Document, InputFile};
 use servobee::search::datasheet::{Case, DROP, FULL_SCALE, Sheet};
@@ -126,15 +126,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let plans = plans(sheet, arguments, &Memory::default());
         fingerprint.text(&format!("{:?} {plans:?}", sheet.problem));
     }
-    let work = arguments.options.begin(fingerprint.finish())?;
+    let memory = arguments.options.begin(fingerprint.finish())?;
     let mut report: Option<Document> = None;
     let mut all = Vec::new();
     let mut broken_off = None;
     for sheet in sheets {
         let started = Instant::now();
-        let (results, mut warnings) = work.run(&mut chosen, |evaluator| {
-            fits(&sheet, evaluator, arguments, &work.memory)
-        })?;
+        let results = chosen.run(&memory, |evaluator| {
+            fits(&sheet, evaluator, arguments, &memory)
+        });
+        let (results, mut warnings) = told(results, &mut chosen, &memory)?;
         let fitted = FittedSheet::new(sheet, results);
         let best = &fitted.result().fit;
         // The history begins with the start, which is no generation.
@@ -184,7 +185,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     arguments
         .options
         .hand_over(&report.to_json(), output, || files::files(&all, &report))?;
-    work.end(broken_off.as_deref())
+    end(&memory, broken_off.as_deref())
 }
 
 /// The files of the curves.

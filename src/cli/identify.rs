@@ -1,15 +1,14 @@
 //! `servobee identify`.
 
-pub(super) mod files;
 mod print;
 
 use super::colour;
 use super::diagnosis::DiagnosisOptions;
-use super::options::{Options, spinner};
+use super::options::Options;
+use super::work::{end, shown, told};
 use servobee::Result;
 use servobee::record::Channel;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// Fit a model to measurements, find out which effects it lacks, and score it on data that was never fitted
 ///
@@ -45,34 +44,29 @@ Needed are time, command and one of {}.",
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
-    let started = Instant::now();
     let Arguments {
         diagnosis, options, ..
     } = arguments;
-    let setup = diagnosis.setup(&options.run)?;
+    let session = diagnosis.session(&options.run)?;
     let output = options.output()?;
     let prepared = {
-        let records = setup.read(&arguments.records)?;
-        let held_out = setup.read(&arguments.hold_out)?;
-        setup.prepare(&records, &held_out)?
+        let records = session.read(&arguments.records)?;
+        let held_out = session.read(&arguments.hold_out)?;
+        session.prepare(&records, &held_out)?
     };
     let mut chosen = options.evaluator()?;
-    let work = options.begin(prepared.fingerprint())?;
-    let bar = spinner();
-    let diagnosed = prepared.diagnose(&mut chosen, &work, &bar);
-    bar.finish_and_clear();
-    let diagnosed = diagnosed?;
-    let document = diagnosed.document(&chosen, &options.run, started, setup.call);
-    let identified = &diagnosed.identified;
+    let memory = options.begin(prepared.fingerprint())?;
+    let prepared = prepared.remembering(memory.clone());
+    let diagnosed = shown(|stage| prepared.diagnose(&mut chosen, stage));
+    let diagnosed = told(diagnosed, &mut chosen, &memory)?;
+    let document = &diagnosed.document;
     if options.talks() {
-        print::print(identified, &document);
+        print::print(&diagnosed.identified, document);
     }
     for warning in &document.warnings {
         colour::warning(warning);
     }
-    options.hand_over(&document.to_json(), output, || {
-        files::files(identified, &document, &diagnosed.card)
-    })?;
-    work.end(identified.broken_off.as_deref())?;
+    options.hand_over(&document.to_json(), output, || diagnosed.files())?;
+    end(&memory, diagnosed.identified.broken_off.as_deref())?;
     document.check_limits()
 }

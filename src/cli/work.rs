@@ -1,32 +1,21 @@
-//! A long run: its evaluator, and the checkpoint from which it goes on if it is cut off.
+//! A long run: the checkpoint from which it goes on if it is cut off, and what is shown and told of it.
 
-use super::options::Options;
+use super::options::{Options, spinner};
 use super::{colour, interrupt};
-use servobee::evaluate::{Checkpoint, Chosen, Evaluator, Memory, Remembering};
+use servobee::evaluate::{Checkpoint, Chosen, Memory};
 use servobee::{Error, Result};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// A long run.
-pub(super) struct Work {
-    /// What it remembers, for its searches.
-    pub(super) memory: Memory,
-}
-
-impl Work {
-    /// One that leaves nothing behind if it is cut off.
-    pub(super) fn in_memory() -> Self {
-        Self {
-            memory: Memory::default().stopped_by(interrupt::interrupt()),
-        }
-    }
-}
+/// What a long run does with whom it tells its stages.
+type Progress<'a> = &'a mut dyn FnMut(&str) -> ControlFlow<()>;
 
 impl Options {
-    /// Begins, or goes on with, the run of the fingerprint `run`.
+    /// Begins, or goes on with, the run of the fingerprint `run`: what it remembers.
     ///
     /// # Errors
     /// The checkpoint is there and not asked for, of another run, or cannot be written.
-    pub(super) fn begin(&self, run: u64) -> Result<Work> {
+    pub(super) fn begin(&self, run: u64) -> Result<Memory> {
         let path = self.checkpoint_path();
         if self.run.resume && path.is_none() {
             return Err(Error::input(
@@ -52,9 +41,7 @@ impl Options {
         }
         interrupt::watch()?;
         let memory = checkpoint.map(Memory::from).unwrap_or_default();
-        Ok(Work {
-            memory: memory.stopped_by(interrupt::interrupt()),
-        })
+        Ok(memory.stopped_by(interrupt::interrupt()))
     }
 
     /// Where the checkpoint lies: beside the folder of results, unless it is named.
@@ -67,84 +54,50 @@ impl Options {
     }
 }
 
-impl Work {
-    /// What `run` computes with the evaluator, and what the user has to be told of it. Where costs turn out to be wrong that
-    /// it has used, it is run again, with what the evaluator has put in the place of what gave them.
-    ///
-    /// # Errors
-    /// As `run`. Where the run failed after a while, the remedy names the checkpoint.
-    pub(super) fn run<T>(
-        &self,
-        chosen: &mut Chosen,
-        run: impl Fn(&mut dyn Evaluator) -> Result<T>,
-    ) -> Result<(T, Vec<String>)> {
-        let evaluator = chosen.evaluator.as_mut();
-        let result = loop {
-            let mut remembering = Remembering::new(evaluator, self.memory.clone());
-            let result = run(&mut remembering);
-            if !remembering.misled() {
-                break result;
-            }
-        };
-        let mut warnings = evaluator.take_warnings();
-        warnings.extend(self.memory.failure());
-        match result {
-            Ok(result) => Ok((result, warnings)),
-            Err(error) => {
-                warnings.iter().for_each(colour::warning);
-                Err(self.failed(error))
-            }
-        }
-    }
+/// What `run` gives, whose stages are shown meanwhile, and which Ctrl-C breaks off.
+pub(super) fn shown<T>(run: impl FnOnce(Progress) -> T) -> T {
+    let bar = spinner();
+    let result = run(&mut |stage| {
+        bar.set_message(stage.to_owned());
+        interrupt::goes_on()
+    });
+    bar.finish_and_clear();
+    result
+}
 
-    /// Ends the run: its results are written. `broken_off` says where it was interrupted, if it was.
-    ///
-    /// # Errors
-    /// As of [`Work::check`].
-    pub(super) fn end(self, broken_off: Option<&str>) -> Result<()> {
-        self.check(broken_off)?;
-        self.memory.forget()
-    }
-
-    /// # Errors
-    /// If the run was interrupted, and how it can be gone on with.
-    pub(super) fn check(&self, broken_off: Option<&str>) -> Result<()> {
-        let Some(stage) = broken_off else {
-            return Ok(());
-        };
-        Err(Error::failed(
-            interrupted(stage),
-            match self.memory.kept() {
-                Some(path) => format!(
-                    "add --resume to go on; {} has what was computed",
-                    path.display()
-                ),
-                None => "give it an --out or --checkpoint to go on from another time".into(),
-            },
-        ))
-    }
-
-    /// `error` with the way to go on. Where nothing was computed, nothing is left behind.
-    fn failed(&self, error: Error) -> Error {
+/// The `result` of a run. Of one that has failed the user is told what came before, and its error names the way to go on:
+/// after a while that is the checkpoint, and where nothing was computed nothing is left behind.
+///
+/// # Errors
+/// That of the run.
+pub(super) fn told<T>(result: Result<T>, chosen: &mut Chosen, memory: &Memory) -> Result<T> {
+    result.map_err(|error| {
+        chosen.warnings(memory).iter().for_each(colour::warning);
         let Error::Failed { problem, remedy } = error else {
             return error;
         };
-        let remedy = match self.memory.kept() {
+        let remedy = match memory.kept() {
+            // Who has broken it off was told.
+            Some(_) if remedy.contains("--resume") => remedy,
             Some(path) => format!(
                 "{remedy}; --resume goes on with what was computed, in {}",
                 path.display()
             ),
             None => {
                 // That the run failed matters more than that an empty file stays.
-                let _ = self.memory.forget();
+                let _ = memory.forget();
                 remedy
             }
         };
         Error::Failed { problem, remedy }
-    }
+    })
 }
 
-/// What is said of a run that was interrupted in this `stage`.
-pub(super) fn interrupted(stage: &str) -> String {
-    format!("interrupted in \"{stage}\": this is what was known then")
+/// Ends a run: its results are written. `broken_off` says where it was interrupted, if it was.
+///
+/// # Errors
+/// As of [`Memory::check`].
+pub(super) fn end(memory: &Memory, broken_off: Option<&str>) -> Result<()> {
+    memory.check(broken_off)?;
+    memory.forget()
 }

@@ -10,7 +10,7 @@ use super::statistics::noise::Noise;
 use super::unexcited::set_by_held_out;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
-use crate::evaluate::{Evaluator, Fingerprint, Memory, reference};
+use crate::evaluate::{Evaluator, Fingerprint, Memory, OwnLoss, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Complete, Output, Outputs, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions};
@@ -42,6 +42,8 @@ pub(super) struct Evidence {
     pub(super) hold_out: Arc<Data>,
     /// One over the noise variance of each output.
     pub(super) scale: Outputs<f64>,
+    /// What an error costs in the fits, where that is not its square.
+    loss: Option<OwnLoss>,
     /// Each channel's noise.
     pub(super) noise: BTreeMap<String, Noise>,
     /// How large things are.
@@ -156,6 +158,7 @@ impl Evidence {
             fit: steps(&measurements.fit),
             hold_out: steps(&measurements.hold_out),
             scale: before.problem.scale,
+            loss: before.problem.loss,
             noise: noise.clone(),
             sizes,
             base: before.problem.parameters.clone(),
@@ -263,7 +266,7 @@ impl Evidence {
             parameters,
             data: self.fit.clone(),
             scale: self.scale,
-            loss: None,
+            loss: self.loss,
         }
     }
 
@@ -455,6 +458,7 @@ mod tests {
             fit: nothing.clone(),
             hold_out: nothing,
             scale: Outputs::all(1.0),
+            loss: None,
             noise: BTreeMap::new(),
             sizes,
             base,

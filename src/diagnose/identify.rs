@@ -46,11 +46,13 @@ pub fn identify(
         sizes,
         measurements,
         hold_known,
+        loss,
     } = problem;
     let mut stage = Stage::new(progress, plan.memory.interrupt());
     let data = Data::Series(measurements.fit.clone());
     let mut problem = Problem::new(structure, parameters, data);
     problem.scale = Outputs::from_fn(|output| 1.0 / variance(&measurements.fit, output));
+    problem.loss = loss;
     stage.begins("base model");
     let found = fit_and_hop(&problem, evaluator, plan, &mut |done| {
         stage.generation(done)

@@ -2,7 +2,7 @@
 
 use super::measurements::{Cut, Measurements};
 use crate::Result;
-use crate::evaluate::{parameters_for, scale_of, structure_for};
+use crate::evaluate::{OwnLoss, parameters_for, scale_of, structure_for};
 use crate::model::effects::{Effect, Entry, Scale};
 use crate::model::{Parameter, Structure};
 use crate::record::Record;
@@ -20,6 +20,8 @@ pub struct IdentificationProblem {
     pub measurements: Measurements,
     /// Whether it is known that the command between two rows is as the structure has it. Otherwise both ways are tried.
     pub hold_known: bool,
+    /// What an error costs in the fits, where that is not its square. Noise, held-out errors and tests are of errors as they are.
+    pub loss: Option<OwnLoss>,
 }
 
 impl IdentificationProblem {
@@ -56,6 +58,7 @@ impl IdentificationProblem {
             structure,
             parameters,
             hold_known: true,
+            loss: None,
         })
     }
 }

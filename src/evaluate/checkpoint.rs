@@ -98,6 +98,11 @@ struct Contents {
     whole: usize,
 }
 
+/// What is said of a run that was interrupted in this `stage`.
+pub fn interrupted(stage: &str) -> String {
+    format!("interrupted in \"{stage}\": this is what was known then")
+}
+
 /// The file in which a run keeps what it has computed.
 #[derive(Debug)]
 pub struct Checkpoint {
@@ -341,6 +346,26 @@ impl Memory {
         Some(format!(
             "the checkpoint {} cannot be written any more: {error}; --resume goes on from before that",
             checkpoint.path.display()
+        ))
+    }
+
+    /// Refuses what was broken off in a stage, if it was, with the way to go on.
+    ///
+    /// # Errors
+    /// It was.
+    pub fn check(&self, broken_off: Option<&str>) -> Result<()> {
+        let Some(stage) = broken_off else {
+            return Ok(());
+        };
+        Err(Error::failed(
+            interrupted(stage),
+            match self.kept() {
+                Some(path) => format!(
+                    "add --resume to go on; {} has what was computed",
+                    path.display()
+                ),
+                None => "give it an --out or --checkpoint to go on from another time".into(),
+            },
         ))
     }
 

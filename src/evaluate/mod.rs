@@ -18,6 +18,8 @@ pub use crate::model::base::servo_valve::{parameters_for, scale_of, structure_fo
 pub use checking::cross_check::Thoroughness;
 pub use checking::guard::{Guarded, Standby};
 pub use checking::judgement::PARITY;
+#[doc(hidden)]
+pub use checkpoint::interrupted;
 pub use checkpoint::{Checkpoint, Fingerprint, Memory, Remembering};
 pub use devices::choose::{Choice, Chosen, choose};
 pub use devices::cpu::{CpuEvaluator, Precision};

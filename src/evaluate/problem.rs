@@ -48,7 +48,7 @@ impl Problem {
     /// polish follows it, too: its residuals are the roots of the costs. Tones keep their squares.
     pub fn with_loss<L: Loss>(self) -> Self {
         Self {
-            loss: Some(OwnLoss::new::<L>()),
+            loss: Some(OwnLoss::of::<L>()),
             ..self
         }
     }

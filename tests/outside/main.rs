@@ -1,11 +1,9 @@
 //! What a crate that depends on servobee does: read a record, diagnose it with an effect of its own beside the catalogue.
 
-use servobee::diagnose::{Cut, IdentificationProblem, Options, identify};
-use servobee::evaluate::{CpuEvaluator, Precision};
+use servobee::Session;
+use servobee::evaluate::{Choice, choose};
 use servobee::model::effects::{Act, CATALOGUE, Entry, Law, Port, register};
 use servobee::model::{Parameter, Real};
-use servobee::record::Record;
-use servobee::search::Plan;
 use std::ops::ControlFlow;
 
 /// An amplifier that bends: u + bend · u · |u|.
@@ -49,16 +47,16 @@ fn main() -> servobee::Result<()> {
         view: None,
         frequency: None,
     })?;
+    let session = Session {
+        effects: [CATALOGUE, &[bend]].concat(),
+        ..Session::default()
+    };
     let path = std::env::args().nth(1).expect("a record");
-    let problem = IdentificationProblem::of(&[Record::read(path, &[])?], &[], Cut::default())?;
-    let entries = [CATALOGUE, &[bend]].concat();
-    let options = Options::on(&problem.structure, &entries, 4);
-    let mut evaluator = CpuEvaluator::new(Precision::F32);
-    let plan = Plan::of_records(1);
-    let found = identify(problem, &mut evaluator, &plan, &options, &mut |_| {
-        ControlFlow::Continue(())
-    })?;
-    for added in &found.added {
+    let records = session.read(&[path])?;
+    let mut chosen = choose(Choice::Cpu)?;
+    let mut progress = |_: &str| ControlFlow::Continue(());
+    let found = session.identify(&records, &[], &mut chosen, &mut progress)?;
+    for added in &found.identified.added {
         println!("{}", added.effect);
     }
     Ok(())

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::evaluate::checking::cross_check::Thoroughness;
 use crate::evaluate::checking::guard::{Guarded, Standby};
+use crate::evaluate::checkpoint::{Memory, Remembering};
 use crate::evaluate::devices::cpu::{CpuEvaluator, Precision};
 use crate::evaluate::devices::gpu::{self, Checks, GpuEvaluator};
 use crate::evaluate::evaluator::Evaluator;
@@ -40,6 +41,47 @@ pub struct Chosen {
     pub evaluator: Box<dyn Evaluator>,
     /// Why it and no other, for the user.
     pub why: String,
+}
+
+impl Chosen {
+    /// An evaluator of one's own, called `name` in messages, whose costs are checked as those of a device are; where it fails
+    /// the CPU takes over.
+    ///
+    /// # Errors
+    /// As of [`Guarded::new`].
+    pub fn own(name: &str, evaluator: impl Evaluator + 'static) -> Result<Self> {
+        let own = Standby::new(name, Thoroughness::Device, || Ok(evaluator));
+        Ok(Self {
+            evaluator: Box::new(Guarded::new(own, on_cpu())?),
+            why: "given".into(),
+        })
+    }
+
+    /// What `run` computes with the evaluator, whose costs `memory` remembers, and what the user has to be told of it. Where
+    /// costs turn out to be wrong that it has used, it is run again, with what has been put in the place of what gave them.
+    ///
+    /// # Errors
+    /// As `run`; what the user has to be told of it is then in [`Chosen::warnings`].
+    pub fn run<T>(
+        &mut self,
+        memory: &Memory,
+        mut run: impl FnMut(&mut dyn Evaluator) -> Result<T>,
+    ) -> Result<(T, Vec<String>)> {
+        loop {
+            let mut remembering = Remembering::new(self.evaluator.as_mut(), memory.clone());
+            let result = run(&mut remembering);
+            if !remembering.misled() {
+                return Ok((result?, self.warnings(memory)));
+            }
+        }
+    }
+
+    /// What the user has to be told of a run with this `memory` and was not told yet.
+    pub fn warnings(&mut self, memory: &Memory) -> Vec<String> {
+        let mut warnings = self.evaluator.take_warnings();
+        warnings.extend(memory.failure());
+        warnings
+    }
 }
 
 /// The evaluator for `choice`. Both search in f32, which finds the valley; the polish and every figure that is reported

@@ -22,7 +22,8 @@ pub struct OwnLoss {
 }
 
 impl OwnLoss {
-    pub(in crate::evaluate) fn new<L: Loss>() -> Self {
+    /// `L`, for every kind of number.
+    pub fn of<L: Loss>() -> Self {
         Self {
             readings: |number| for_number!(number, R => L::of::<R> as fn(R, R) -> R),
             name: std::any::type_name::<L>,
@@ -30,7 +31,7 @@ impl OwnLoss {
     }
 
     /// What the code calls it, to tell it from others.
-    pub(in crate::evaluate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         (self.name)()
     }
 

@@ -1,41 +1,17 @@
-//! The files that `servobee identify` writes.
+//! What the files of a result hold that no report does: the model, and every row.
 
-use servobee::card::Card;
-use servobee::diagnose::Identified;
-use servobee::report::{Document, ModelFile, csv_cell, page};
+use crate::diagnose::Identified;
+use crate::report::{ModelFile, csv_cell};
 
-/// The files of a result: their names and what they hold.
-pub(super) fn files(
-    identified: &Identified,
-    document: &Document,
-    card: &Card,
-) -> Vec<(String, String)> {
-    let mut files = report(identified, document, card);
-    files.push(("residual.csv".into(), residual_csv(identified)));
-    files
-}
-
-/// Those of them that are no longer with a longer record.
-pub(in crate::cli) fn report(
-    identified: &Identified,
-    document: &Document,
-    card: &Card,
-) -> Vec<(String, String)> {
-    vec![
-        ("report.json".into(), document.to_json()),
-        ("report.html".into(), page(identified, document, card)),
-        ("model.toml".into(), model_toml(identified)),
-    ]
-}
-
-fn model_toml(identified: &Identified) -> String {
+/// The result as a model file.
+pub(super) fn model_toml(identified: &Identified) -> String {
     let after = &identified.after;
     let problem = &after.problem;
     ModelFile::to_toml(&problem.structure, &problem.parameters, &after.values)
 }
 
 /// Every row of every record: measured, simulated before, simulated after; empty where the record does not measure it.
-fn residual_csv(identified: &Identified) -> String {
+pub(super) fn residual_csv(identified: &Identified) -> String {
     let (before, after) = (&identified.before, &identified.after);
     let structure = &after.problem.structure;
     let mut text = String::from("record,part,time [s]");

@@ -1,0 +1,213 @@
+//! The way from records to a page, in one call: what the commands `identify`, `compare` and `batch` go, too.
+//!
+//! A [`Session`] holds what is said of every record: how it is read, which effects are looked for, what an error costs, by which
+//! search. It is plain data with defaults; what differs is named. The evaluator stands beside it, as it lives longer.
+//!
+//! The first page of this crate's documentation has one; `examples/own.rs` another, with an evaluator, a loss, a search and an
+//! effect that somebody else has written.
+
+mod compared;
+mod diagnosed;
+mod files;
+mod prepared;
+
+pub use compared::{Compared, Pair};
+pub use diagnosed::Diagnosed;
+pub use prepared::Prepared;
+
+use crate::card::{Accuracy, Measured};
+use crate::diagnose::{self, Cut, IdentificationProblem};
+use crate::evaluate::{Chosen, Fingerprint, OwnLoss, parameters_for, structure_for};
+use crate::model::effects::{CATALOGUE, Entry, entry, known};
+use crate::record::{Reading, Record, check_mappings, usual_full_scale};
+use crate::report::{Call, Limits, ModelFile};
+use crate::search::Plan;
+use crate::{Error, Result};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+/// How many effects are added at most, unless one says otherwise.
+pub const MAX_EFFECTS: usize = 4;
+
+/// What is said of every record that is diagnosed.
+#[derive(Debug)]
+pub struct Session {
+    /// How files are read.
+    pub reading: Reading,
+    /// A whole model, or the settings and parameters that differ from the base model's.
+    pub model: Option<ModelFile>,
+    /// The effects that may be added to it, those of the catalogue or one's own.
+    pub effects: Vec<&'static Entry>,
+    /// At most so many are added.
+    pub max_effects: usize,
+    /// What an error costs in the fits, where that is not its square. Held-out errors and tests are of errors as they are.
+    pub loss: Option<OwnLoss>,
+    /// What of the records is fitted and held out.
+    pub cut: Cut,
+    /// The command at full scale, in its unit, where it is known.
+    pub full_scale: Option<f64>,
+    /// How far the sensors may be off.
+    pub accuracy: Accuracy,
+    /// What the valve has to keep.
+    pub limits: Option<Limits>,
+    /// How it is fitted: by which search, from which seed, with what it remembers of a run that was cut off, and what stops it.
+    pub plan: Plan,
+    /// What a report says of how it came about.
+    pub call: Call,
+}
+
+impl Default for Session {
+    /// What `servobee identify` does where nothing is said.
+    fn default() -> Self {
+        Self {
+            reading: Reading::default(),
+            model: None,
+            effects: CATALOGUE.to_vec(),
+            max_effects: MAX_EFFECTS,
+            loss: None,
+            cut: Cut::default(),
+            full_scale: None,
+            accuracy: Accuracy::default(),
+            limits: None,
+            plan: Plan::of_records(1),
+            call: Call::default(),
+        }
+    }
+}
+
+impl Session {
+    /// The records at `paths`.
+    ///
+    /// # Errors
+    /// A file that is no such record.
+    pub fn read(&self, paths: &[impl AsRef<Path>]) -> Result<Vec<Record>> {
+        let read = |path| Record::read_as(path, &self.reading);
+        paths.iter().map(read).collect()
+    }
+
+    /// Fits a model to `records`, finds out which effects it lacks, and scores it on those `held_out`, or on the rest of the same
+    /// records where there are none. `progress` is told each stage and may break off: the result is then what is known so far.
+    ///
+    /// # Errors
+    /// As of [`Session::prepare`] and [`Prepared::diagnose`].
+    pub fn identify(
+        &self,
+        records: &[Record],
+        held_out: &[Record],
+        chosen: &mut Chosen,
+        progress: &mut dyn FnMut(&str) -> ControlFlow<()>,
+    ) -> Result<Diagnosed> {
+        self.prepare(records, held_out)?.diagnose(chosen, progress)
+    }
+
+    /// The problem that `records` pose, scored on those `held_out`.
+    ///
+    /// # Errors
+    /// Records in which nothing moves or no response was measured, that have not the same channels, or that the model file does
+    /// not suit.
+    pub fn prepare(&self, records: &[Record], held_out: &[Record]) -> Result<Prepared> {
+        self.prepare_among(records, records, held_out)
+    }
+
+    /// The same, on the base model that all of `family` ask for, of which `records` are some.
+    fn prepare_among(
+        &self,
+        family: &[Record],
+        records: &[Record],
+        held_out: &[Record],
+    ) -> Result<Prepared> {
+        let started = Instant::now();
+        let all: Vec<&Record> = records.iter().chain(held_out).collect();
+        all.iter().try_for_each(|record| record.check_response())?;
+        check_mappings(&self.reading.mappings, &all)?;
+        records.iter().try_for_each(Record::check_excited)?;
+        let mut structure = match &self.model {
+            Some(file) => file.structure(|| structure_for(family))?,
+            None => structure_for(family)?,
+        };
+        let says_full_scale = self.model.as_ref().is_some_and(ModelFile::says_full_scale);
+        match self.full_scale {
+            Some(full_scale) => structure.full_scale = full_scale,
+            None if says_full_scale => {}
+            None => all
+                .iter()
+                .try_for_each(|record| record.check_live_zeros())?,
+        }
+        let parameters = parameters_for(&structure, family);
+        let parameters = match &self.model {
+            Some(file) => file.parameters(parameters)?,
+            None => parameters,
+        };
+        let mut problem =
+            IdentificationProblem::new(structure, parameters, records, held_out, self.cut)?;
+        problem.hold_known = self.model.as_ref().is_some_and(ModelFile::says_hold);
+        problem.loss = self.loss;
+        let structure = &problem.structure;
+        let options = diagnose::Options::on(structure, &self.effects, self.max_effects);
+        let limits = match &self.limits {
+            Some(limits) => limits.on(structure, &options.effects)?,
+            None => Vec::new(),
+        };
+        let knows_full_scale = self.full_scale.is_some()
+            || says_full_scale
+            || usual_full_scale(&structure.command_unit).is_some();
+        let measured = Measured::of(structure, &all, &self.accuracy);
+        let warnings = all.iter().flat_map(|record| record.remarks()).collect();
+        let mut prepared = Prepared {
+            problem,
+            options,
+            plan: self.plan.clone(),
+            measured,
+            knows_full_scale,
+            limits,
+            warnings,
+            call: self.call.clone(),
+            started,
+        };
+        prepared.remark();
+        Ok(prepared)
+    }
+
+    /// What tells results of this session from those of any other, whatever the records.
+    #[doc(hidden)]
+    pub fn fingerprint(&self) -> String {
+        let names: Vec<&str> = self.effects.iter().map(|entry| entry.name).collect();
+        let mut fingerprint = Fingerprint::default();
+        fingerprint.text(&format!(
+            "{:?} {names:?} {} {:?} {:?} {:?} {:?} {:?} {:?}",
+            self.reading,
+            self.max_effects,
+            self.loss.map(OwnLoss::name),
+            self.accuracy,
+            self.cut,
+            self.full_scale,
+            self.plan,
+            self.call.files
+        ));
+        format!("{:016x}", fingerprint.finish())
+    }
+}
+
+/// The effects that `text` names: `all` of the catalogue, `none`, or `NAME,...`, one's own among them.
+///
+/// # Errors
+/// There is no such effect.
+pub fn effects_named(text: &str) -> Result<Vec<&'static Entry>> {
+    match text {
+        "all" => return Ok(CATALOGUE.to_vec()),
+        "none" => return Ok(Vec::new()),
+        _ => {}
+    }
+    let find = |name: &str| {
+        entry(name.trim()).ok_or_else(|| {
+            let names: Vec<&str> = known().map(|entry| entry.name).collect();
+            Error::input(
+                format!("--effects {text}"),
+                format!("there is no effect {:?}", name.trim()),
+                format!("give all, none, or some of {}", names.join(",")),
+            )
+        })
+    };
+    text.split(',').map(find).collect()
+}

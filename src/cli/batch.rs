@@ -58,7 +58,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let Arguments { out, run, .. } = arguments;
     let setup = arguments.diagnosis.setup(run)?;
     let files = found(&arguments.files, out)?;
-    let journal = journal(out, run, &setup.fingerprint())?;
+    // Reports of one batch are told in the same way.
+    let call = format!("{} {:?}", setup.fingerprint(), run.edition());
+    let journal = journal(out, run, &call)?;
     let chosen = run.evaluator()?;
     interrupt::watch()?;
     let mut batch = Running {
@@ -208,7 +210,7 @@ impl Running<'_> {
         let document = diagnosed.document(&self.chosen, self.run, started, call);
         let identified = &diagnosed.identified;
         let folder = self.folders.of_file(file);
-        let files = report(identified, &document, &diagnosed.card);
+        let files = report(identified, &document, &diagnosed.card, &self.run.edition());
         OutputFolder::reserve(&self.out.join(&folder), true)?.write(&files)?;
         Ok(BatchRow::of(file, &document, &diagnosed.card, folder))
     }
@@ -219,7 +221,7 @@ impl Running<'_> {
         for (name, text) in [
             ("batch.csv", batch_csv(&batch)),
             ("batch.json", batch.to_json()),
-            ("index.html", batch_page(&batch)),
+            ("index.html", batch_page(&batch, &self.run.edition())),
         ] {
             OutputFile::create(self.out.join(name), true)?.finish(&text)?;
         }

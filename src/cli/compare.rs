@@ -9,7 +9,7 @@ use servobee::Result;
 use servobee::compare::{Change, Comparison, Fate, Outcome, check_alike, compare};
 use servobee::evaluate::Fingerprint;
 use servobee::record::Record;
-use servobee::report::{ComparisonDocument, comparison_page};
+use servobee::report::{ComparisonDocument, Units, comparison_page};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -75,22 +75,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         .map(|side| side.document(&chosen, &options.run, started, setup.call.clone()));
     let seconds = started.elapsed().as_secs_f64();
     let document = ComparisonDocument::of(&comparison, [&old, &new], setup.call, seconds);
+    let edition = options.run.edition();
     if options.talks() {
-        print(&comparison, &document);
+        print(&comparison, &document, &edition.units);
     }
     for warning in &document.warnings {
-        colour::warning(warning);
+        colour::warning(edition.units.text(warning));
     }
     options.hand_over(&document.to_json(), output, || {
         let mut files = vec![
             ("compare.json".to_owned(), document.to_json()),
             (
                 "compare.html".to_owned(),
-                comparison_page(&comparison, &document),
+                comparison_page(&comparison, &document, &edition),
             ),
         ];
         for (name, side, own) in [("before", &before, &old), ("after", &after, &new)] {
-            for (file, text) in report(&side.identified, own, &side.card) {
+            for (file, text) in report(&side.identified, own, &side.card, &edition) {
                 let end = file.rsplit('.').next().unwrap_or_default();
                 files.push((format!("{name}.{end}"), text));
             }
@@ -113,10 +114,11 @@ fn sides(setup: &Setup, arguments: &Arguments) -> Result<[Prepared; 2]> {
     ])
 }
 
-fn print(comparison: &Comparison, document: &ComparisonDocument) {
-    colour::answer(&document.answer);
+fn print(comparison: &Comparison, document: &ComparisonDocument, units: &Units) {
+    let document = &document.in_units(units);
+    colour::answer(units.text(&document.answer));
     for one in &document.confounded {
-        tell!("Mind: {}.", one.sentence);
+        tell!("Mind: {}.", units.text(&one.sentence));
     }
     tell!();
     let row = |one: &Change| {
@@ -125,7 +127,7 @@ fn print(comparison: &Comparison, document: &ComparisonDocument) {
             _ => "not determined".into(),
         };
         vec![
-            one.label.clone(),
+            units.text(&one.label),
             one.of.into(),
             one.unit.clone(),
             number(one.before.value),
@@ -165,5 +167,5 @@ fn print(comparison: &Comparison, document: &ComparisonDocument) {
         };
         tell!("{} {said}: {}.", one.effect, one.effect.entry.summary);
     }
-    card::print_limits(&document.limits);
+    card::print_limits(&document.limits, units);
 }

@@ -64,14 +64,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let diagnosed = diagnosed?;
     let document = diagnosed.document(&chosen, &options.run, started, setup.call);
     let identified = &diagnosed.identified;
+    let edition = options.run.edition();
     if options.talks() {
-        print::print(identified, &document);
+        print::print(identified, &document, &edition.units);
     }
     for warning in &document.warnings {
-        colour::warning(warning);
+        colour::warning(edition.units.text(warning));
     }
     options.hand_over(&document.to_json(), output, || {
-        files::files(identified, &document, &diagnosed.card)
+        files::files(identified, &document, &diagnosed.card, &edition)
     })?;
     work.end(identified.broken_off.as_deref())?;
     document.check_limits()

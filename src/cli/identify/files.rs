@@ -2,15 +2,16 @@
 
 use servobee::card::Card;
 use servobee::diagnose::Identified;
-use servobee::report::{Document, ModelFile, csv_cell, page};
+use servobee::report::{Document, Edition, ModelFile, csv_cell, page};
 
 /// The files of a result: their names and what they hold.
 pub(super) fn files(
     identified: &Identified,
     document: &Document,
     card: &Card,
+    edition: &Edition,
 ) -> Vec<(String, String)> {
-    let mut files = report(identified, document, card);
+    let mut files = report(identified, document, card, edition);
     files.push(("residual.csv".into(), residual_csv(identified)));
     files
 }
@@ -20,10 +21,14 @@ pub(in crate::cli) fn report(
     identified: &Identified,
     document: &Document,
     card: &Card,
+    edition: &Edition,
 ) -> Vec<(String, String)> {
     vec![
         ("report.json".into(), document.to_json()),
-        ("report.html".into(), page(identified, document, card)),
+        (
+            "report.html".into(),
+            page(identified, document, card, edition),
+        ),
         ("model.toml".into(), model_toml(identified)),
     ]
 }

@@ -12,6 +12,7 @@ mod common;
 mod compare;
 mod datasheet;
 mod diagnosis;
+mod edition;
 mod effects;
 mod effects_command;
 mod evaluators;

@@ -222,7 +222,7 @@ impl Running<'_> {
         for (name, text) in [
             ("batch.csv", batch_csv(&batch)),
             ("batch.json", batch.to_json()),
-            ("index.html", batch_page(&batch)),
+            ("index.html", batch_page(&batch, &self.run.edition())),
         ] {
             OutputFile::create(self.out.join(name), true)?.finish(&text)?;
         }

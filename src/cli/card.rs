@@ -4,11 +4,11 @@ use super::colour;
 use super::table::{number, table};
 use servobee::card::Figure;
 use servobee::diagnose::Verdict;
-use servobee::report::{Document, LimitReport, explain, met};
+use servobee::report::{Document, LimitReport, Units, explain, met};
 
 /// Prints the figures that the model or a measurement gives, by which tests they were measured, and why there are no others.
-/// Conditions are in the report.
-pub(super) fn print(document: &Document) {
+/// Conditions are in the report. Numbers are in the `units` of the document, and so are those of sentences.
+pub(super) fn print(document: &Document, units: &Units) {
     if document.verdict == Verdict::Unexplained {
         tell!("{}", explain::INCOMPLETE);
     }
@@ -23,7 +23,7 @@ pub(super) fn print(document: &Document) {
             _ => figure.no_interval.unwrap_or_default().into(),
         };
         let mut cells = vec![
-            figure.label.clone(),
+            units.text(&figure.label),
             figure.unit.clone(),
             figure.value.map_or("-".into(), number),
             interval,
@@ -48,23 +48,26 @@ pub(super) fn print(document: &Document) {
     for (reason, labels) in grouped(figures, |figure| {
         figure.value.is_none().then_some(figure.note.as_str())
     }) {
-        tell!("No {labels}: {reason}.");
+        tell!("{}", units.text(&format!("No {labels}: {reason}.")));
     }
     for (test, labels) in grouped(figures, |figure| {
         figure.measured.as_ref().map(|one| one.test.as_str())
     }) {
-        tell!("Measured by {test}: {labels}.");
+        tell!("{}", units.text(&format!("Measured by {test}: {labels}.")));
     }
     if !document.records.is_empty() {
         for (reason, labels) in grouped(figures, |figure| figure.no_measured.as_deref()) {
-            tell!("Not measured: {labels}: {reason}.");
+            tell!(
+                "{}",
+                units.text(&format!("Not measured: {labels}: {reason}."))
+            );
         }
     }
     tell!();
 }
 
 /// Prints which limits are met, if there are any.
-pub(super) fn print_limits(limits: &[LimitReport]) {
+pub(super) fn print_limits(limits: &[LimitReport], units: &Units) {
     if limits.is_empty() {
         return;
     }
@@ -77,7 +80,7 @@ pub(super) fn print_limits(limits: &[LimitReport]) {
         };
         vec![
             one.name.clone(),
-            one.limit.clone(),
+            units.text(&one.limit),
             one.unit.clone(),
             one.value.map_or("-".into(), number),
             interval,
@@ -97,7 +100,7 @@ pub(super) fn print_limits(limits: &[LimitReport]) {
     tell!("{}", table(&heads, limits.iter().map(row)));
     for one in limits {
         if let Some(reason) = &one.reason {
-            tell!("Not determined: {}: {reason}.", one.name);
+            tell!("Not determined: {}: {}.", one.name, units.text(reason));
         }
     }
     tell!();

@@ -7,7 +7,7 @@ use super::work::{end, shown, told};
 use super::{card, colour};
 use servobee::Result;
 use servobee::compare::{Change, Comparison, Fate, Outcome};
-use servobee::report::ComparisonDocument;
+use servobee::report::{ComparisonDocument, Units};
 use std::path::PathBuf;
 
 /// Compare a valve before and after a repair: one model fitted to both, what changed, and what did not
@@ -51,21 +51,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let compared = shown(|stage| pair.compare(&mut chosen, stage));
     let compared = told(compared, &mut chosen, &memory)?;
     let document = &compared.document;
+    let units = options.run.edition().units;
     if options.talks() {
-        print(&compared.comparison, document);
+        print(&compared.comparison, document, &units);
     }
     for warning in &document.warnings {
-        colour::warning(warning);
+        colour::warning(units.text(warning));
     }
     options.hand_over(&document.to_json(), output, || compared.files())?;
     end(&memory, None)?;
     compared.after.document.check_limits()
 }
 
-fn print(comparison: &Comparison, document: &ComparisonDocument) {
-    colour::answer(&document.answer);
+fn print(comparison: &Comparison, document: &ComparisonDocument, units: &Units) {
+    let document = &document.in_units(units);
+    colour::answer(units.text(&document.answer));
     for one in &document.confounded {
-        tell!("Mind: {}.", one.sentence);
+        tell!("Mind: {}.", units.text(&one.sentence));
     }
     tell!();
     let row = |one: &Change| {
@@ -74,7 +76,7 @@ fn print(comparison: &Comparison, document: &ComparisonDocument) {
             _ => "not determined".into(),
         };
         vec![
-            one.label.clone(),
+            units.text(&one.label),
             one.of.into(),
             one.unit.clone(),
             number(one.before.value),
@@ -114,5 +116,5 @@ fn print(comparison: &Comparison, document: &ComparisonDocument) {
         };
         tell!("{} {said}: {}.", one.effect, one.effect.entry.summary);
     }
-    card::print_limits(&document.limits);
+    card::print_limits(&document.limits, units);
 }

@@ -118,6 +118,7 @@ impl From<StreamName> for Stream {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let output = arguments.options.output()?;
+    let edition = arguments.options.run.edition();
     let sheets = sheets(arguments)?;
     let mut chosen = arguments.options.evaluator()?;
     let mut fingerprint = Fingerprint::default();
@@ -146,7 +147,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
             broken_off = Some(stage);
         }
         if arguments.options.talks() {
-            print::print(&fitted);
+            print::print(&fitted, &edition.units);
         }
         for warning in &warnings {
             colour::warning(warning);
@@ -180,11 +181,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         if let Some(cut) = &report.cut_short {
             colour::answer(cut.sentence());
         }
-        card::print(&report);
+        card::print(&report.in_units(&edition.units), &edition.units);
     }
-    arguments
-        .options
-        .hand_over(&report.to_json(), output, || files::files(&all, &report))?;
+    arguments.options.hand_over(&report.to_json(), output, || {
+        files::files(&all, &report, &edition)
+    })?;
     end(&memory, broken_off.as_deref())
 }
 

@@ -71,6 +71,7 @@ impl DiagnosisOptions {
                 about: self.about.clone().unwrap_or_default(),
                 files: beside.map(|path| InputFile::at(path)).collect(),
             },
+            edition: run.edition(),
             ..Session::default()
         })
     }

@@ -60,11 +60,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let diagnosed = shown(|stage| prepared.diagnose(&mut chosen, stage));
     let diagnosed = told(diagnosed, &mut chosen, &memory)?;
     let document = &diagnosed.document;
+    let units = options.run.edition().units;
     if options.talks() {
-        print::print(&diagnosed.identified, document);
+        print::print(&diagnosed.identified, document, &units);
     }
     for warning in &document.warnings {
-        colour::warning(warning);
+        colour::warning(units.text(warning));
     }
     options.hand_over(&document.to_json(), output, || diagnosed.files())?;
     end(&memory, diagnosed.identified.broken_off.as_deref())?;

@@ -4,7 +4,7 @@ use super::interrupt;
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::Result;
 use servobee::evaluate::{Choice, Chosen, choose};
-use servobee::report::OutputFolder;
+use servobee::report::{Edition, Language, OutputFolder, Units};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -27,6 +27,13 @@ pub(super) struct RunOptions {
     /// Go on with a run that was cut off; the result is the same
     #[arg(long)]
     pub(super) resume: bool,
+    /// Units of flow, pressure and length on pages and on the terminal: us (gpm, psi, in), metric (L/min, bar, mm), or some
+    /// by name: "gpm, MPa"; report.json and every CSV keep theirs
+    #[arg(long, value_name = "us|metric|UNIT,...", default_value = "metric")]
+    units: Units,
+    /// Language of the pages: English or German
+    #[arg(long, value_name = "en|de", default_value = "en")]
+    language: Language,
     /// Print nothing but warnings and errors, and what --json asks for
     #[arg(long, short)]
     pub(super) quiet: bool,
@@ -36,6 +43,14 @@ impl RunOptions {
     /// The evaluator.
     pub(super) fn evaluator(&self) -> Result<Chosen> {
         choose(self.evaluator)
+    }
+
+    /// How people are told the result.
+    pub(super) fn edition(&self) -> Edition {
+        Edition {
+            units: self.units,
+            language: self.language,
+        }
     }
 }
 
@@ -56,9 +71,11 @@ pub(super) struct Options {
 }
 
 /// Options that say where the result goes and how it is told, and whether a value follows.
-const ASIDE: [(&str, bool); 7] = [
+const ASIDE: [(&str, bool); 9] = [
     ("--out", true),
     ("--checkpoint", true),
+    ("--units", true),
+    ("--language", true),
     ("--force", false),
     ("--resume", false),
     ("--json", false),
@@ -188,7 +205,7 @@ mod tests {
         let kept = |call: &str| that_matter(call.split(' ').map(String::from)).join(" ");
         assert_eq!(
             kept(
-                "identify a.csv --out x --seed 3 --checkpoint=y --map --out=z -q --json --resume --force"
+                "identify a.csv --out x --seed 3 --units us --language=de --checkpoint=y --map --out=z -q --json --resume --force"
             ),
             "identify a.csv --seed 3 --map"
         );

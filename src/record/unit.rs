@@ -216,6 +216,7 @@ const AREA: &[Unit] = &[
     Unit::new(&["cm2", "cm^2", "cm²"], "cm2", 1.0, 1.0),
     Unit::new(&["mm2", "mm^2", "mm²"], "cm2", 1.0, 100.0),
     Unit::new(&["m2", "m^2", "m²"], "cm2", 1e4, 1.0),
+    Unit::new(&["in2", "in^2", "in²"], "cm2", 6.451_6, 1.0),
 ];
 const NUMBER: &[Unit] = &[Unit::new(&["1", "-"], "1", 1.0, 1.0)];
 

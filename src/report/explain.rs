@@ -6,6 +6,10 @@ use crate::model::Structure;
 pub const HELD_OUT: &str =
     "Held-out rows are never fitted: what is left there shows what a result is worth.";
 
+/// What errors are, and what a residual is.
+pub const RESIDUAL: &str = "Errors are RMS, the root of the mean square of measured less simulated; what is left of a measurement like \
+    that is its residual.";
+
 /// What an effect's predicted reduction is, which a reader is told as its promise, and the p beside it.
 pub const PREDICTED_REDUCTION: &str = "The promise of an effect is the share of what was left on fitted rows that it could take away, \
     estimated before it is fitted; p is the chance that some effect promises as much where none is missing.";

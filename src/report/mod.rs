@@ -5,10 +5,12 @@ mod batch;
 mod comparison;
 mod csv;
 mod document;
+mod edition;
 #[doc(hidden)]
 pub mod explain;
 mod findings;
 mod html;
+mod html_text;
 mod limits;
 mod model_file;
 mod no_name;
@@ -31,6 +33,7 @@ pub use comparison::{
 #[doc(hidden)]
 pub use csv::csv_cell;
 pub use document::{Document, SCHEMA};
+pub use edition::{Edition, Language, Units};
 pub use findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport, Knot,
     RemainingReport,

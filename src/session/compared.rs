@@ -125,7 +125,7 @@ impl Pair {
 impl Compared {
     /// The page: `compare.html`.
     pub fn page(&self) -> String {
-        comparison_page(&self.comparison, &self.document)
+        comparison_page(&self.comparison, &self.document, &self.after.edition)
     }
 
     /// The files of the comparison, each with its name: its report and page, and those of both sides.

@@ -4,7 +4,7 @@ use super::files::{model_toml, residual_csv};
 use crate::Result;
 use crate::card::Card;
 use crate::diagnose::Identified;
-use crate::report::{Document, OutputFolder, page};
+use crate::report::{Document, Edition, OutputFolder, page};
 use std::path::Path;
 
 /// A diagnosis with all that belongs to it.
@@ -16,12 +16,14 @@ pub struct Diagnosed {
     pub card: Card,
     /// The report: `report.json`.
     pub document: Document,
+    /// The units and the language of the page.
+    pub edition: Edition,
 }
 
 impl Diagnosed {
     /// The page: `report.html`.
     pub fn page(&self) -> String {
-        page(&self.identified, &self.document, &self.card)
+        page(&self.identified, &self.document, &self.card, &self.edition)
     }
 
     /// The files of the result, each with its name: report, page, model, and every row measured and simulated.

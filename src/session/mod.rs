@@ -20,7 +20,7 @@ use crate::diagnose::{self, Cut, IdentificationProblem};
 use crate::evaluate::{Chosen, Fingerprint, OwnLoss, parameters_for, structure_for};
 use crate::model::effects::{CATALOGUE, Entry, entry, known};
 use crate::record::{Reading, Record, check_mappings, usual_full_scale};
-use crate::report::{Call, Limits, ModelFile};
+use crate::report::{Call, Edition, Limits, ModelFile};
 use crate::search::Plan;
 use crate::{Error, Result};
 use std::ops::ControlFlow;
@@ -55,6 +55,8 @@ pub struct Session {
     pub plan: Plan,
     /// What a report says of how it came about.
     pub call: Call,
+    /// The units and the language of its page.
+    pub edition: Edition,
 }
 
 impl Default for Session {
@@ -72,6 +74,7 @@ impl Default for Session {
             limits: None,
             plan: Plan::of_records(1),
             call: Call::default(),
+            edition: Edition::default(),
         }
     }
 }
@@ -163,6 +166,7 @@ impl Session {
             limits,
             warnings,
             call: self.call.clone(),
+            edition: self.edition,
             started,
         };
         prepared.remark();
@@ -175,7 +179,7 @@ impl Session {
         let names: Vec<&str> = self.effects.iter().map(|entry| entry.name).collect();
         let mut fingerprint = Fingerprint::default();
         fingerprint.text(&format!(
-            "{:?} {names:?} {} {:?} {:?} {:?} {:?} {:?} {:?}",
+            "{:?} {names:?} {} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
             self.reading,
             self.max_effects,
             self.loss.map(OwnLoss::name),
@@ -183,7 +187,8 @@ impl Session {
             self.cut,
             self.full_scale,
             self.plan,
-            self.call.files
+            self.call.files,
+            self.edition
         ));
         format!("{:016x}", fingerprint.finish())
     }

@@ -6,7 +6,7 @@ use crate::card::{Card, Measured};
 use crate::diagnose::{self, IdentificationProblem, Identified, identify};
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Chosen, Fingerprint, Memory, interrupted};
-use crate::report::{Call, Document, Limit, number};
+use crate::report::{Call, Document, Edition, Limit, number};
 use crate::search::Plan;
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -23,6 +23,7 @@ pub struct Prepared {
     /// What undermines the result whatever it is.
     pub(super) warnings: Vec<String>,
     pub(super) call: Call,
+    pub(super) edition: Edition,
     pub(super) started: Instant,
 }
 
@@ -137,6 +138,7 @@ impl Prepared {
             identified,
             card,
             document,
+            edition: self.edition,
         })
     }
 }

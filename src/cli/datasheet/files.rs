@@ -1,14 +1,21 @@
 //! The files that `servobee datasheet` writes.
 
-use servobee::report::{Document, ModelFile, datasheet_page};
+use servobee::report::{Document, Edition, ModelFile, datasheet_page};
 use servobee::search::datasheet::Measured;
 use servobee::search::fitted_sheet::FittedSheet;
 
 /// The files of the fitted sheets: a report of all, and a model and its points for each.
-pub(super) fn files(fitted: &[FittedSheet], report: &Document) -> Vec<(String, String)> {
+pub(super) fn files(
+    fitted: &[FittedSheet],
+    report: &Document,
+    edition: &Edition,
+) -> Vec<(String, String)> {
     let mut files = vec![
         ("report.json".into(), report.to_json()),
-        ("report.html".into(), datasheet_page(fitted, report)),
+        (
+            "report.html".into(),
+            datasheet_page(fitted, report, edition),
+        ),
     ];
     for one in fitted {
         let prefix = match fitted.len() {

@@ -1,16 +1,17 @@
 //! The fits of `servobee datasheet` on the terminal.
 
 use crate::cli::table::{number, table};
-use servobee::report::{ParameterReport, not_identifiable};
+use servobee::report::{ParameterReport, Units, not_identifiable};
 use servobee::search::datasheet::{Measured, Sheet};
 use servobee::search::fitted_sheet::{FittedSheet, SheetFit, rms};
 
 /// Prints the fits of a sheet, and what its result leaves at each point.
-pub(super) fn print(fitted: &FittedSheet) {
+pub(super) fn print(fitted: &FittedSheet, units: &Units) {
+    let fitted = &units.sheet(fitted);
     let FittedSheet { sheet, fits, .. } = fitted;
-    tell!("\n{}", capitalised(&sheet.title));
+    tell!("\n{}", capitalised(&units.text(&sheet.title)));
     for note in &sheet.notes {
-        tell!("  {note}");
+        tell!("  {}", units.text(note));
     }
     let mut rows = Vec::new();
     for SheetFit {
@@ -48,10 +49,8 @@ pub(super) fn print(fitted: &FittedSheet) {
     let result = fitted.result();
     let published = sheet.published.iter().any(Option::is_some);
     let mut rows = Vec::new();
-    for (parameter, published_value) in ParameterReport::of(&sheet.problem, &result.fit)
-        .iter()
-        .zip(&sheet.published)
-    {
+    let parameters = ParameterReport::of(&sheet.problem, &result.fit);
+    for (parameter, published_value) in units.parameters(parameters).iter().zip(&sheet.published) {
         let mut row = vec![parameter.name.clone(), parameter.unit.clone()];
         if published {
             row.push(published_value.map_or(String::new(), number));
@@ -70,7 +69,7 @@ pub(super) fn print(fitted: &FittedSheet) {
     head.extend(["fitted", "95 % interval", ""]);
     tell!("{}", table(&head, rows));
     for line in not_identifiable(&result.fit) {
-        tell!("Not identifiable: {line}");
+        tell!("Not identifiable: {}", units.text(&line));
     }
 
     let mut rows: Vec<Vec<String>> = sheet

@@ -5,30 +5,31 @@ use crate::cli::{card, colour};
 use servobee::diagnose::{Identified, Verdict};
 use servobee::evaluate::problem::Series;
 use servobee::report::{
-    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ParameterReport, explain,
-    not_diagnosed, unexplained,
+    ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ParameterReport, Units,
+    explain, not_diagnosed, unexplained,
 };
 
 /// Prints the answer first, and then what it stands on.
-pub(super) fn print(identified: &Identified, document: &Document) {
+pub(super) fn print(identified: &Identified, document: &Document, units: &Units) {
+    let document = &document.in_units(units);
     let structure = &identified.after.problem.structure;
     let count = |records: &[Series]| {
         let rows = records.iter().flat_map(|r| &r.samples);
         rows.filter(|s| s.weight > 0.0).count()
     };
+    let (full_scale, unit) = units.tell(structure.full_scale, &structure.command_unit);
     tell!(
-        "Fitted {} rows of {} record(s), held out {} rows; full scale {} {}.",
+        "Fitted {} rows of {} record(s), held out {} rows; full scale {} {unit}.",
         count(&identified.measurements.fit),
         identified.measurements.fit.len(),
         count(&identified.measurements.hold_out),
-        number(structure.full_scale),
-        structure.command_unit,
+        number(full_scale),
     );
     if let Some(hold) = &document.hold {
         tell!("{}", hold.sentence());
     }
     for remark in &document.bench {
-        tell!("Bench: {remark}.");
+        tell!("Bench: {}.", units.text(remark));
     }
     tell!("{}", explain::HELD_OUT);
     tell!(
@@ -36,11 +37,11 @@ pub(super) fn print(identified: &Identified, document: &Document) {
         explain::base_model(&identified.before.problem.structure)
     );
     print_effects(identified, document);
-    print_errors(identified);
-    print_parameters(document);
-    card::print(document);
-    card::print_limits(&document.limits);
-    print_rest(identified, document);
+    print_errors(identified, units);
+    print_parameters(document, units);
+    card::print(document, units);
+    card::print_limits(&document.limits, units);
+    print_rest(identified, document, units);
 }
 
 /// The answer, and the chain of effects that it stands on.
@@ -140,7 +141,7 @@ fn print_free_form(form: &FreeFormReport) {
     tell!("{}\n", table(&[signal.as_str(), added.as_str()], rows));
 }
 
-fn print_errors(identified: &Identified) {
+fn print_errors(identified: &Identified, units: &Units) {
     let structure = &identified.after.problem.structure;
     let (before, after) = (&identified.before.errors, &identified.after.errors);
     let mut rows = Vec::new();
@@ -150,14 +151,15 @@ fn print_errors(identified: &Identified) {
             continue;
         };
         let percent = |fit: Option<f64>| fit.map_or("-".into(), |fit| format!("{fit:.2}"));
+        let (unit, factor) = units.of(structure.unit(output));
         rows.push(vec![
-            format!("{channel} [{}]", structure.unit(output)),
-            number(before.fit[channel].rmse),
-            number(after.fit[channel].rmse),
-            number(before.hold_out[channel].rmse),
-            number(held.rmse),
+            format!("{channel} [{unit}]"),
+            number(factor * before.fit[channel].rmse),
+            number(factor * after.fit[channel].rmse),
+            number(factor * before.hold_out[channel].rmse),
+            number(factor * held.rmse),
             percent(held.fit_percent),
-            number(identified.noise[channel].value),
+            number(factor * identified.noise[channel].value),
             identified.noise[channel].method.name().into(),
         ]);
     }
@@ -174,7 +176,7 @@ fn print_errors(identified: &Identified) {
     tell!("{}\n", table(&head, rows));
 }
 
-fn print_parameters(document: &Document) {
+fn print_parameters(document: &Document, units: &Units) {
     let row = |parameter: &ParameterReport| {
         let mut notes = Vec::new();
         if parameter.at_bound {
@@ -199,12 +201,12 @@ fn print_parameters(document: &Document) {
         tell!("(moved: out of the interval of the base model, which was wrong and sure)");
     }
     for line in &document.not_identifiable {
-        tell!("Not identifiable: {line}");
+        tell!("Not identifiable: {}", units.text(line));
     }
     tell!();
 }
 
-fn print_rest(identified: &Identified, document: &Document) {
+fn print_rest(identified: &Identified, document: &Document, units: &Units) {
     let first: Vec<&ConsideredEffect> = document
         .considered
         .iter()
@@ -248,10 +250,17 @@ fn print_rest(identified: &Identified, document: &Document) {
             tell!("Only noise is left.")
         }
     }
-    for (channel, change) in &identified.after.integration_error {
+    let after = &identified.after;
+    let structure = &after.problem.structure;
+    for output in &structure.observed {
+        let channel = output.name();
+        let Some(change) = after.integration_error.get(channel) else {
+            continue;
+        };
+        let (change, unit) = units.tell(*change, structure.unit(*output));
         tell!(
-            "Halving the integration steps changes {channel} by at most {}.",
-            number(*change)
+            "Halving the integration steps changes {channel} by at most {} {unit}.",
+            number(change)
         );
     }
 }

@@ -1,5 +1,6 @@
 //! Axes: their range, and values that are easy to read.
 
+use crate::report::Edition;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use std::ops::Range;
 
@@ -11,6 +12,8 @@ pub(super) struct Axis {
     low: f64,
     high: f64,
     spacing: Spacing,
+    /// What values are multiplied by where they are told.
+    factor: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +43,7 @@ impl Axis {
             low,
             high,
             spacing: Spacing::Linear,
+            factor: 1.0,
         }
     }
 
@@ -53,6 +57,7 @@ impl Axis {
             low: low - widen,
             high: high + widen,
             spacing: Spacing::Log,
+            factor: 1.0,
         }
     }
 
@@ -63,6 +68,7 @@ impl Axis {
             low: -0.6,
             high: names.len() as f64 - 0.4,
             spacing: Spacing::Names(names),
+            factor: 1.0,
         }
     }
 
@@ -95,8 +101,44 @@ impl Axis {
         value.clamp(low, high)
     }
 
+    /// The same axis with its words and the values beside it as this `edition` has them.
+    pub(super) fn told(&self, edition: &Edition) -> Self {
+        let mut told = self.clone();
+        let bracketed = self.label.rsplit_once('[');
+        if let Some((name, unit)) =
+            bracketed.and_then(|(name, rest)| Some((name, rest.strip_suffix(']')?)))
+        {
+            let (unit, factor) = edition.units.of(unit);
+            told.label = format!("{name}[{unit}]");
+            told.factor = factor;
+        }
+        told.label = edition.language.text(&told.label);
+        if let Spacing::Names(names) = &mut told.spacing {
+            let words = names.iter().map(|name| edition.language.text(name));
+            *names = words.collect();
+        }
+        told
+    }
+
     /// Values that get a label, about `count` of them.
     fn ticks(&self, count: usize) -> Vec<f64> {
+        let factor = self.factor;
+        let (low, high) = match self.spacing {
+            Spacing::Log => (self.low + factor.log10(), self.high + factor.log10()),
+            _ => (factor * self.low, factor * self.high),
+        };
+        let told = Self {
+            low,
+            high,
+            factor: 1.0,
+            ..self.clone()
+        };
+        let ticks = told.round_values(count).into_iter();
+        ticks.map(|value| value / factor).collect()
+    }
+
+    /// Values that are short to write, about `count` of them.
+    fn round_values(&self, count: usize) -> Vec<f64> {
         let range = self.high - self.low;
         let least = range / count.max(2) as f64;
         match &self.spacing {
@@ -132,10 +174,12 @@ impl Axis {
 
     /// The label of a value.
     fn tick(&self, value: f64) -> String {
+        let largest = self.factor * self.high.abs().max(self.low.abs());
+        let told = self.factor * value;
         match &self.spacing {
             Spacing::Names(names) => names.get(value as usize).cloned().unwrap_or_default(),
-            Spacing::Linear => plain(value, self.high.abs().max(self.low.abs())),
-            Spacing::Log => plain(value, value),
+            Spacing::Linear => plain(told, largest),
+            Spacing::Log => plain(told, told),
         }
     }
 
@@ -242,6 +286,28 @@ mod tests {
         assert_eq!(labels(&axis, 8), ["2", "5", "10"]);
         let axis = Axis::names("x", vec!["one".into(), "two".into()]);
         assert_eq!(labels(&axis, 8), ["one", "two"]);
+    }
+
+    #[test]
+    fn an_axis_is_told_in_other_units_by_round_values_of_those() {
+        let us = Edition {
+            units: "us".parse().unwrap(),
+            ..Edition::default()
+        };
+        let metric = Axis::over("flow [L/min]", [-60.0, 60.0]);
+        let axis = metric.told(&us);
+        assert_eq!(axis.label, "flow [gpm]");
+        assert_eq!(labels(&axis, 3), ["\u{2212}10", "0", "10"]);
+        let place = 0.5 * (1.0 + 10.0 * 3.785_411_784 / 64.8);
+        assert!((axis.share(axis.ticks(3)[2]) - place).abs() < 1e-9);
+        let axis = Axis::log("noise [bar/√Hz]", [0.01, 10.0]).told(&us);
+        assert_eq!(axis.label, "noise [psi/√Hz]");
+        assert_eq!(labels(&axis, 8), ["1", "10", "100"]);
+        assert_eq!(
+            Axis::over("time [s]", [0.0, 1.0]).told(&us).label,
+            "time [s]"
+        );
+        assert_eq!(metric.told(&Edition::default()), metric);
     }
 
     #[test]

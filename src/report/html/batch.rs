@@ -8,14 +8,15 @@ use super::role::Role;
 use super::words::capitalised;
 use crate::record::joined;
 use crate::report::batch::{Batch, BatchRow, Departures, NamedValue, RowStatus};
-use crate::report::rounded;
+use crate::report::{Edition, rounded};
 use maud::{Markup, html};
 
 /// Width and height of the small picture of a valve, in pixels.
 const SMALL: (f64, f64) = (96.0, 48.0);
 
 /// The page of a batch, for a folder in which the reports lie.
-pub fn batch_page(batch: &Batch) -> String {
+pub fn batch_page(batch: &Batch, edition: &Edition) -> String {
+    let batch = &batch.in_units(&edition.units);
     let lead = html! {
         h1 { (title(batch)) }
         p.lead { (capitalised(&batch.compared)) "." }
@@ -30,18 +31,18 @@ pub fn batch_page(batch: &Batch) -> String {
         }
     };
     let content = html! {
-        (section("figures", "Figure by figure", figures(batch)))
+        (section("figures", "Figure by figure", figures(batch, edition)))
         (section("records", "File by file", records(batch)))
         (section("run", "How it was run", html! {
             dl {
-                dt { "Program" } dd { (batch.program.name) " " (batch.program.version) }
+                dt { "Program" } dd translate="no" { (batch.program.name) " " (batch.program.version) }
                 dt { "Arguments" } dd { code { (batch.arguments.join(" ")) } }
                 dt { "Time" } dd { (batch.date) }
             }
             p.note { "batch.csv has every number of this page as a table, batch.json for programs." }
         }))
     };
-    whole("batch – servobee", &lead, &content)
+    whole(edition, "batch – servobee", &lead, &content)
 }
 
 fn title(batch: &Batch) -> String {
@@ -78,8 +79,8 @@ fn departing(batch: &Batch) -> impl Iterator<Item = (&BatchRow, &Departures)> {
 fn name(row: &BatchRow) -> Markup {
     html! {
         @match &row.folder {
-            Some(folder) => a href=(format!("{}/report.html", link(folder))) { (row.file) },
-            None => (row.file)
+            Some(folder) => a translate="no" href=(format!("{}/report.html", link(folder))) { (row.file) },
+            None => span translate="no" { (row.file) }
         }
     }
 }
@@ -103,7 +104,7 @@ fn unit(unit: &str) -> &str {
 }
 
 /// A small plot for each figure that is not the same for all: its value and interval in every record.
-fn figures(batch: &Batch) -> Markup {
+fn figures(batch: &Batch, edition: &Edition) -> Markup {
     let mut known: Vec<&NamedValue> = Vec::new();
     for value in batch.rows.iter().flat_map(|row| &row.figures) {
         if known.iter().all(|own| !same(own, value)) {
@@ -128,13 +129,13 @@ fn figures(batch: &Batch) -> Markup {
     };
     let constant: Vec<String> = constant.iter().map(told).collect();
     let caption = html! {
-        "Each record has its place from left to right, in the order of the list below. Upright: the 95 % interval. Triangles "
-        "depart by more than chance and the spread of the others allow."
+        "Each record has its place from left to right, in the order of the list below. Upright: the 95 % interval, which holds "
+        "the true value in 95 of 100 such records. Triangles depart by more than chance and the spread of the others allow."
     };
     html! {
         @if panels.is_empty() { p { "No record has figures." } }
         @else {
-            (figure("batch-figures", &panels, legend(&[
+            (figure("batch-figures", edition, &panels, legend(&[
                 (Role::Measured, Key::Dot, "a valve"),
                 (Role::Before, Key::Dot, "a valve that departs"),
                 (Role::Noise, Key::Line, "baseline"),

@@ -10,7 +10,7 @@ use crate::card::{Card, Figure, Point, Quantity, Response, Step};
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
 use crate::record::joined;
-use crate::report::{LimitReport, explain, rounded};
+use crate::report::{Edition, LimitReport, explain, rounded};
 use maud::{Markup, html};
 
 /// Most measured rows that are drawn.
@@ -19,13 +19,18 @@ const ROWS: usize = 1500;
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
 /// Everything that the card has.
-pub(super) fn all(card: &Card, figures: &[Figure], identified: &Identified) -> Markup {
+pub(super) fn all(
+    card: &Card,
+    figures: &[Figure],
+    identified: &Identified,
+    edition: &Edition,
+) -> Markup {
     html! {
         @if identified.verdict == Verdict::Unexplained { p { (explain::INCOMPLETE) } }
         (table(figures))
-        (flow_curve(card, figures, identified))
-        (bode(card, figures))
-        @if let Some(step) = &card.step { (of_step(step)) }
+        (flow_curve(card, figures, identified, edition))
+        (bode(card, figures, edition))
+        @if let Some(step) = &card.step { (of_step(step, edition)) }
     }
 }
 
@@ -45,7 +50,7 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
                     td.n { (figure.value.map_or("–".into(), shown)) }
                     td.n {
                         @if let (Some(low), Some(high)) = (figure.low, figure.high) { (shown(low)) " … " (shown(high)) }
-                        @else if let Some(reason) = figure.no_interval { (reason) }
+                        @else if let Some(reason) = figure.no_interval { span.reason { (reason) } }
                     }
                     @if measured {
                         @if let Some(one) = &figure.measured {
@@ -57,7 +62,10 @@ pub(super) fn table(figures: &[Figure]) -> Markup {
                 }
             } }
         } }
-        p.note { "Read off the fitted model on a simulated bench, in the terms of ISO 10770-1, without what only the sensors add." }
+        p.note {
+            "Read off the fitted model on a simulated bench, in the terms of ISO 10770-1, without what only the sensors add. "
+            "A 95 % interval holds the true value in 95 of 100 such records, if the model lacks nothing."
+        }
         p.note {
             @if measured {
                 "Measured: read off the records' own curves by the same constructions, without the model, with what the sensors "
@@ -76,7 +84,7 @@ pub(super) fn limits(limits: &[LimitReport]) -> Markup {
             } }
             tbody { @for one in limits {
                 tr {
-                    td { (one.name) } td { (one.limit) } td { (one.unit) }
+                    td translate="no" { (one.name) } td { (one.limit) } td { (one.unit) }
                     td.n { (one.value.map_or("–".into(), shown)) }
                     td.n { @if let (Some(low), Some(high)) = (one.low, one.high) { (shown(low)) " … " (shown(high)) } }
                     td { (one.from.unwrap_or("–")) }
@@ -126,7 +134,12 @@ fn shown(value: f64) -> String {
 }
 
 /// The slow cycle, beside the flow as it was measured at the spool's positions.
-fn flow_curve(card: &Card, figures: &[Figure], identified: &Identified) -> Markup {
+fn flow_curve(
+    card: &Card,
+    figures: &[Figure],
+    identified: &Identified,
+    edition: &Edition,
+) -> Markup {
     let structure = &identified.after.problem.structure;
     let flows = structure.valve().is_some();
     let unit = if flows {
@@ -209,7 +222,7 @@ fn flow_curve(card: &Card, figures: &[Figure], identified: &Identified) -> Marku
             "moves slowly at the bench's pressure drop."
         }
     };
-    figure("flow-curve", &[panel], legend(&entries), &caption)
+    figure("flow-curve", edition, &[panel], legend(&entries), &caption)
 }
 
 /// Rows of measured flow over the spool, measured where it is and simulated otherwise; none where the spool has a unit of its
@@ -228,7 +241,7 @@ fn measured(identified: &Identified) -> Vec<(f64, f64)> {
     spool.into_iter().zip(flow).step_by(every).collect()
 }
 
-fn bode(card: &Card, figures: &[Figure]) -> Markup {
+fn bode(card: &Card, figures: &[Figure], edition: &Edition) -> Markup {
     let responses: &[Response] = &card.responses;
     let measured: Vec<Point> = match &card.measured {
         Some(own) => own
@@ -242,7 +255,7 @@ fn bode(card: &Card, figures: &[Figure]) -> Markup {
     if responses.is_empty() {
         let caption =
             html! { "Nothing in this model moves the spool: there is no frequency response." };
-        return figure("bode", &[], html! {}, &caption);
+        return figure("bode", edition, &[], html! {}, &caption);
     }
     let panel = |title: String, label: &str, limit: f64, of: fn(&Point) -> f64| {
         let modelled = responses.iter().flat_map(|response| &response.points);
@@ -306,12 +319,13 @@ fn bode(card: &Card, figures: &[Figure]) -> Markup {
     let caption = html! {
         "The spool's response to sines of three amplitudes (Bode plot). A linear valve has one curve; where they part, saturation, "
         "a limit of speed or a dead zone is at work."
-        @if !measured.is_empty() { " The dots are the ratio of spectra of the records, where output and command are coherent." }
+        @if !measured.is_empty() { " The dots are the ratio of spectra of the records, where output and command are coherent: where one follows "
+            "from the other." }
     };
-    figure("bode", &panels, legend(&entries), &caption)
+    figure("bode", edition, &panels, legend(&entries), &caption)
 }
 
-fn of_step(step: &Step) -> Markup {
+fn of_step(step: &Step, edition: &Edition) -> Markup {
     let length = step.points.last().map_or(0.0, |point| point[0]);
     let (unit, factor) = if length > 2.0 {
         ("s", 1.0)
@@ -340,6 +354,7 @@ fn of_step(step: &Step) -> Markup {
     let caption = html! { "The spool after a step of the command from zero to full scale." };
     figure(
         "step",
+        edition,
         &[panel],
         legend(&[(Role::After, Key::Line, "spool")]),
         &caption,

@@ -9,11 +9,16 @@ use super::words::capitalised;
 use super::{card, tables};
 use crate::card::{Card, Response};
 use crate::compare::{Change, Comparison, Estimate, Fate, Outcome};
-use crate::report::{ComparisonDocument, met, number};
+use crate::report::{ComparisonDocument, Edition, met, number};
 use maud::{Markup, html};
 
 /// The page of a comparison. The reports of both sides alone are `before.html` and `after.html` beside it.
-pub fn comparison_page(comparison: &Comparison, document: &ComparisonDocument) -> String {
+pub fn comparison_page(
+    comparison: &Comparison,
+    document: &ComparisonDocument,
+    edition: &Edition,
+) -> String {
+    let document = &document.in_units(&edition.units);
     let lead = html! {
         h1 { (capitalised(&document.answer)) }
         (tables::lines(&document.about))
@@ -29,7 +34,7 @@ pub fn comparison_page(comparison: &Comparison, document: &ComparisonDocument) -
             (section("limits", &format!("Limits: {} of {} are met after", met(&document.limits), document.limits.len()),
                 card::limits(&document.limits)))
         }
-        (section("curves", "The valve before and after", curves(comparison)))
+        (section("curves", "The valve before and after", curves(comparison, edition)))
         (section("unchanged", "What did not change", html! {
             (changes(document, Outcome::NotChanged, "Everything changed."))
             p.note { "The interval of the difference says by how much each can have changed without being seen." }
@@ -49,7 +54,7 @@ pub fn comparison_page(comparison: &Comparison, document: &ComparisonDocument) -
                 (tables::records(&side.records))
             }
             dl {
-                dt { "Program" } dd { (document.program.name) " " (document.program.version) }
+                dt { "Program" } dd translate="no" { (document.program.name) " " (document.program.version) }
                 dt { "Arguments" } dd { code { (document.arguments.join(" ")) } }
                 dt { "Evaluator" } dd { (document.evaluator) }
                 dt { "Seed" } dd { (document.seed) }
@@ -57,7 +62,7 @@ pub fn comparison_page(comparison: &Comparison, document: &ComparisonDocument) -
             }
         }))
     };
-    whole("before and after – servobee", &lead, &content)
+    whole(edition, "before and after – servobee", &lead, &content)
 }
 
 /// A table of those changes that came out like that.
@@ -117,7 +122,7 @@ fn effects(document: &ComparisonDocument) -> Markup {
 }
 
 /// The slow cycles and the frequency responses of both sides.
-fn curves(comparison: &Comparison) -> Markup {
+fn curves(comparison: &Comparison, edition: &Edition) -> Markup {
     let [before, after] = &comparison.cards;
     let cycle = |card: &Card| -> Vec<(f64, f64)> {
         let both = card.cycle.rising.iter().chain(&card.cycle.falling);
@@ -178,5 +183,5 @@ fn curves(comparison: &Comparison) -> Markup {
     let caption = html! {
         "The model of each side on the same simulated bench: the slow cycle over full command, and the response to sines."
     };
-    figure("before-after", &panels, legend(&entries), &caption)
+    figure("before-after", edition, &panels, legend(&entries), &caption)
 }

@@ -5,12 +5,12 @@ use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
 use super::role::Role;
 use crate::diagnose::Identified;
-use crate::report::rounded;
+use crate::report::{Edition, rounded};
 use crate::search::Fit;
 use maud::{Markup, html};
 
 /// The search's best cost over the generations, and the held-out error as effects were added.
-pub(super) fn of(identified: &Identified) -> Markup {
+pub(super) fn of(identified: &Identified, edition: &Edition) -> Markup {
     let search = &identified.search;
     let values = identified.before.problem.values().max(1) as f64;
     // Each channel is in units of its own deviation there.
@@ -55,12 +55,12 @@ pub(super) fn of(identified: &Identified) -> Markup {
         &entries[..2]
     };
     let caption = html! {
-        "The best error on fitted rows after each generation of the search, and where the Levenberg-Marquardt polish ends "
-        "that starts from there: " (search.search.evaluations) " evaluations by the search, " (search.evaluations - search.search.evaluations)
+        "The best error on fitted rows after each generation of the search (a round of trial values), and where the polish ends "
+        "that starts from there (Levenberg-Marquardt, a local search along the slopes): " (search.search.evaluations) " evaluations by the search, " (search.evaluations - search.search.evaluations)
         " by the polish. "
         @if chain.len() > 1 { "Right: RMS over all channels of the rows held out, each in units of its noise floor." }
     };
-    figure("convergence", &panels, legend(shown), &caption)
+    figure("convergence", edition, &panels, legend(shown), &caption)
 }
 
 /// The search's best cost over the generations, and the polish's, each as `error` reads it.

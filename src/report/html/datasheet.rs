@@ -8,7 +8,7 @@ use super::role::Role;
 use super::words::capitalised;
 use super::{card, convergence, tables};
 use crate::record::joined;
-use crate::report::{Document, ParameterReport, rounded};
+use crate::report::{Document, Edition, ParameterReport, rounded};
 use crate::search::datasheet::{Measured, Sheet};
 use crate::search::fitted_sheet::{FittedSheet, SheetFit, rms};
 use maud::{Markup, html};
@@ -17,7 +17,14 @@ use maud::{Markup, html};
 const ROLES: [Role; 3] = [Role::First, Role::Second, Role::Third];
 
 /// The page of curves that were fitted, each with its searches; the last of them is the result.
-pub fn datasheet_page(sheets: &[FittedSheet], document: &Document) -> String {
+pub fn datasheet_page(sheets: &[FittedSheet], document: &Document, edition: &Edition) -> String {
+    let units = &edition.units;
+    let document = &document.in_units(units);
+    let sheets: Vec<FittedSheet> = sheets.iter().map(|one| units.sheet(one)).collect();
+    let parameters = |fitted: &FittedSheet| {
+        let own = ParameterReport::of(&fitted.sheet.problem, &fitted.result().fit);
+        units.parameters(own)
+    };
     let answers = sheets.iter().flat_map(|fitted| {
         let one = |(measured, errors): (&Measured, &Vec<Option<f64>>)| {
             let rms = rounded(rms(errors), 2);
@@ -31,15 +38,15 @@ pub fn datasheet_page(sheets: &[FittedSheet], document: &Document) -> String {
     });
     let lead = html! {
         h1 { "The model follows " (joined(answers.collect(), "and")) "." }
-        @for fitted in sheets { @for note in &fitted.sheet.notes { p { (note) } } }
+        @for fitted in &sheets { @for note in &fitted.sheet.notes { p { (note) } } }
     };
     let content = html! {
         (section("card", "The valve", card::table(&document.card)))
         @for (i, fitted) in sheets.iter().enumerate() {
             (section(&format!("sheet-{}", i + 1), &capitalised(&fitted.sheet.title), html! {
-                @for figure in curves(i + 1, fitted) { (figure) }
-                (tables::parameters(&ParameterReport::of(&fitted.sheet.problem, &fitted.result().fit), false))
-                (searches(&format!("convergence-{}", i + 1), &fitted.fits))
+                @for figure in curves(i + 1, fitted, edition) { (figure) }
+                (tables::parameters(&parameters(fitted), false))
+                (searches(&format!("convergence-{}", i + 1), &fitted.fits, edition))
             }))
         }
         (section("remaining", "What remains", tables::undetermined(document, &|name| {
@@ -49,11 +56,11 @@ pub fn datasheet_page(sheets: &[FittedSheet], document: &Document) -> String {
         })))
         (section("run", "How it was run", tables::run(document)))
     };
-    whole("datasheet – servobee", &lead, &content)
+    whole(edition, "datasheet – servobee", &lead, &content)
 }
 
 /// A figure for each quantity of sheet number `number`: the first one's is called after the sheet alone.
-fn curves(number: usize, fitted: &FittedSheet) -> Vec<Markup> {
+fn curves(number: usize, fitted: &FittedSheet, edition: &Edition) -> Vec<Markup> {
     let FittedSheet { sheet, .. } = fitted;
     let SheetFit {
         simulated, errors, ..
@@ -65,14 +72,14 @@ fn curves(number: usize, fitted: &FittedSheet) -> Vec<Markup> {
                 0 => format!("curve-{number}"),
                 _ => format!("curve-{number}-{}", measured.name),
             };
-            curve(&id, sheet, measured, simulated, errors)
+            curve((&id, edition), sheet, measured, simulated, errors)
         })
         .collect()
 }
 
 /// The points of the sheet, the fitted model through them, and what it leaves.
 fn curve(
-    id: &str,
+    (id, edition): (&str, &Edition),
     sheet: &Sheet,
     measured: &Measured,
     simulated: &[f64],
@@ -177,11 +184,11 @@ fn curve(
     let caption = html! {
         "Left, the " (quantity) " of the sheet and that of the fitted model at the same points; right, their difference."
     };
-    figure(id, &panels, legend(&entries), &caption)
+    figure(id, edition, &panels, legend(&entries), &caption)
 }
 
 /// The best cost of each search over its generations.
-fn searches(id: &str, fits: &[SheetFit]) -> Markup {
+fn searches(id: &str, fits: &[SheetFit], edition: &Edition) -> Markup {
     let panels: Vec<Panel> = fits
         .iter()
         .map(|one| convergence::panel(&capitalised(one.search), &one.fit, "cost", &|cost| cost))
@@ -191,8 +198,8 @@ fn searches(id: &str, fits: &[SheetFit]) -> Markup {
         (Role::After, Key::Line, "end of the search"),
     ];
     let caption = html! {
-        "The best cost (weighted sum of squared errors) after each generation of the search, and at the end. The parameters above "
-        "are those of the last search."
+        "The best cost (weighted sum of squared errors) after each generation of the search (a round of trial values), and at "
+        "the end. The parameters above are those of the last search."
     };
-    figure(id, &panels, legend(&entries), &caption)
+    figure(id, edition, &panels, legend(&entries), &caption)
 }

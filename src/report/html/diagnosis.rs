@@ -6,11 +6,18 @@ use super::{card, convergence, model, ranking, signature, spectrum, tables, time
 use crate::card::Card;
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
-use crate::report::{Document, explain, met};
+use crate::report::{Document, Edition, explain, met};
 use maud::html;
 
-/// The page of a diagnosis.
-pub fn page(identified: &Identified, document: &Document, card: &Card) -> String {
+/// The page of a diagnosis, for this `edition`.
+pub fn page(
+    identified: &Identified,
+    document: &Document,
+    card: &Card,
+    edition: &Edition,
+) -> String {
+    let units = &edition.units;
+    let document = &document.in_units(units);
     let observed = &identified.after.problem.structure.observed;
     let channels: Vec<_> = observed
         .iter()
@@ -23,35 +30,35 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         known.map_or(String::new(), unit)
     };
     let content = html! {
-        (section("card", "The valve", card::all(card, &document.card, identified)))
+        (section("card", "The valve", card::all(card, &document.card, identified, edition)))
         @if !document.limits.is_empty() {
             (section("limits", &format!("Limits: {} of {} are met", met(&document.limits), document.limits.len()),
                 card::limits(&document.limits)))
         }
         (section("time", "Measured and simulated", html! {
-            @for (output, rows) in &channels { (time::over_time(identified, *output, rows)) }
-            (tables::errors(identified))
+            @for (output, rows) in &channels { (time::over_time(identified, *output, rows, edition)) }
+            (tables::errors(identified, edition))
         }))
         (section("residual", "What is left over", html! {
-            @for (output, rows) in &channels { (time::residuals(identified, *output, rows)) }
+            @for (output, rows) in &channels { (time::residuals(identified, *output, rows, edition)) }
         }))
         (section("signatures", match identified.verdict {
             Verdict::Found => "What gave it away",
             Verdict::None | Verdict::NotDiagnosed => "What the residual depends on",
             Verdict::Unexplained => "What is missing",
         }, html! {
-            @for figure in signature::all(identified) { (figure) }
-            @if let Some(form) = &document.free_form { (tables::free_form(form)) }
+            @for figure in signature::all(identified, edition) { (figure) }
+            @if let Some(form) = &document.free_form { (tables::free_form(form, edition)) }
         }))
         (section("spectrum", "Over frequency", html! {
-            @for (output, rows) in &channels { (spectrum::of(identified, *output, rows)) }
+            @for (output, rows) in &channels { (spectrum::of(identified, *output, rows, edition)) }
         }))
         (section("effects", "Every effect that was looked at", html! {
-            @for figure in ranking::all(identified) { (figure) }
+            @for figure in ranking::all(identified, edition) { (figure) }
         }))
         (section("parameters", "Parameters", tables::parameters(&document.parameters, changed)))
         (section("model", "The model in equations", model::of(&identified.after.problem.structure, &document.parameters)))
-        (section("search", "Search", convergence::of(identified)))
+        (section("search", "Search", convergence::of(identified, edition)))
         (section("remaining", "What remains", tables::remaining(document, &unit)))
         (section("run", "How it was run", tables::run(document)))
     };
@@ -63,7 +70,7 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         (tables::about(document))
         p.lead { (words::errors(identified)) }
         @for remark in &document.bench { p { b { "Bench" } ": " (remark) "." } }
-        p.note { (explain::base_model(&identified.before.problem.structure)) " " (explain::HELD_OUT) }
+        p.note { (explain::base_model(&identified.before.problem.structure)) " " (explain::HELD_OUT) " " (explain::RESIDUAL) }
         @if let Some(form) = &document.free_form { p { (words::correction(form)) } }
         @if let Some(fell) = &document.error.improvement.hold_out {
             p {
@@ -83,5 +90,5 @@ pub fn page(identified: &Identified, document: &Document, card: &Card) -> String
         .fit
         .first()
         .map_or("", |record| &record.name);
-    whole(&format!("{name} – servobee"), &lead, &content)
+    whole(edition, &format!("{name} – servobee"), &lead, &content)
 }

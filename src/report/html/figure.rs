@@ -2,6 +2,7 @@
 
 use super::plot::Panel;
 use super::role::Role;
+use crate::report::Edition;
 use maud::{Markup, html};
 
 /// How a mark looks in a legend.
@@ -44,11 +45,18 @@ pub(super) fn legend(entries: &[(Role, Key, &str)]) -> Markup {
 }
 
 /// A figure that the page calls `id`: panels, a legend and what is to be seen in them.
-pub(super) fn figure(id: &str, panels: &[Panel], legend: Markup, caption: &Markup) -> Markup {
+/// Its axes are told as this `edition` has them.
+pub(super) fn figure(
+    id: &str,
+    edition: &Edition,
+    panels: &[Panel],
+    legend: Markup,
+    caption: &Markup,
+) -> Markup {
     html! {
         figure id=(id) {
             (legend)
-            div.panels { @for panel in panels { (panel.draw()) } }
+            div.panels { @for panel in panels { (panel.draw(edition)) } }
             figcaption { (caption) }
         }
     }

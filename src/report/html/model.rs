@@ -16,15 +16,15 @@ pub(super) fn of(structure: &Structure, parameters: &[ParameterReport]) -> Marku
     };
     html! {
         ul {
-            @for equation in explain::base_equations(structure) { li { (equation) "." } }
+            @for equation in explain::base_equations(structure) { li { span { (equation) "." } } }
             @for effect in effects {
-                li { (effect.entry.equation) ": " (effect.to_string().replace('_', " ")) ". " (effect.entry.summary) "." }
+                li { span { (effect.entry.equation) } ": " (effect.to_string().replace('_', " ")) ". " (effect.entry.summary) "." }
             }
         }
         div.scroll { table {
             thead { tr { th { "parameter" } th { "unit" } th { "what it means" } } }
             tbody { @for parameter in parameters { tr {
-                td { (parameter.name) } td { (parameter.unit) }
+                td translate="no" { (parameter.name) } td { (parameter.unit) }
                 td.wrap {
                     @if let Some(meaning) = explain::meaning(&parameter.name) { (meaning) }
                     @else if let Some(effect) = of_effect(&parameter.name) { "of the effect " (effect.to_string().replace('_', " ")) }

@@ -1,14 +1,15 @@
 //! What every page has: head, style and sections.
 
+use crate::report::Edition;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("style.css");
 
-/// The page around its content.
-pub(super) fn whole(title: &str, lead: &Markup, content: &Markup) -> String {
+/// The page around its content, for this `edition`.
+pub(super) fn whole(edition: &Edition, title: &str, lead: &Markup, content: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
-        html lang="en" {
+        html lang=(edition.language.code()) {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
@@ -19,7 +20,7 @@ pub(super) fn whole(title: &str, lead: &Markup, content: &Markup) -> String {
             body { main { header { (lead) } (content) } }
         }
     };
-    page.into_string()
+    edition.of_page(&page.into_string())
 }
 
 /// A section that the page calls `id`.

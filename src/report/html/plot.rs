@@ -2,6 +2,7 @@
 
 use super::axis::Axis;
 use super::role::Role;
+use crate::report::Edition;
 use maud::{Markup, PreEscaped, html};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -43,13 +44,15 @@ pub(super) struct Panel {
 }
 
 impl Panel {
-    /// The plot below its title.
-    pub(super) fn draw(&self) -> Markup {
+    /// The plot below its title, its axes as this `edition` has them.
+    pub(super) fn draw(&self, edition: &Edition) -> Markup {
+        let axes = [&self.x, &self.y].map(|axis| axis.told(edition));
         let (width, height) = (self.size.0 * FINE, self.size.1 * FINE);
         let mut text = String::new();
         {
             let root = SVGBackend::with_string(&mut text, (width, height)).into_drawing_area();
-            self.draw_on(&root).expect("a string takes what is drawn");
+            self.draw_on(&root, &axes)
+                .expect("a string takes what is drawn");
             root.present().expect("a string takes what is drawn");
         }
         // The head is written below.
@@ -58,25 +61,28 @@ impl Panel {
         html! {
             div.panel.wide[self.size.0 > 600] style=(format!("flex-basis:{}px", self.size.0)) {
                 p.title { (self.title) }
-                svg role="img" aria-label=(self.label()) viewBox=(format!("0 0 {width} {height}")) {
+                svg role="img" aria-label=(self.label(&axes)) viewBox=(format!("0 0 {width} {height}")) {
                     (PreEscaped(content))
                 }
             }
         }
     }
 
-    fn label(&self) -> String {
-        format!("{}: {} over {}", self.title, self.y.label, self.x.label)
+    fn label(&self, [x, y]: &[Axis; 2]) -> String {
+        format!("{}: {} over {}", self.title, y.label, x.label)
     }
 
-    fn draw_on(&self, root: &DrawingArea<SVGBackend, Shift>) -> Result<(), String> {
+    fn draw_on(
+        &self,
+        root: &DrawingArea<SVGBackend, Shift>,
+        [x, y]: &[Axis; 2],
+    ) -> Result<(), String> {
         let fine = |pixels: u32| pixels * FINE;
         let text = |pixels: u32| {
             ("sans-serif", fine(pixels))
                 .into_font()
                 .color(&Role::Text.colour())
         };
-        let (x, y) = (&self.x, &self.y);
         let mut chart = ChartBuilder::on(root)
             .margin_top(fine(10))
             .margin_right(fine(14))
@@ -245,7 +251,7 @@ mod tests {
         assert!(thin.len() <= 2 * 401, "{}", thin.len());
         assert!(thin.contains(&points[31_234]) && thin.contains(&points[31_240]));
         assert!(thin.is_sorted_by(|a, b| a.0 <= b.0));
-        assert!(panel.draw().into_string().len() < 20_000);
+        assert!(panel.draw(&Edition::default()).into_string().len() < 20_000);
     }
 
     #[test]
@@ -259,7 +265,7 @@ mod tests {
             (5.0, 0.0),
             (6.0, 1.0),
         ];
-        let text = panel(points).draw().into_string();
+        let text = panel(points).draw(&Edition::default()).into_string();
         assert_eq!(
             text.matches(&format!("stroke=\"{}\"", Role::Measured.hex()))
                 .count(),

@@ -5,7 +5,7 @@ use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
 use super::role::Role;
 use crate::diagnose::{Considered, Decision, Identified};
-use crate::report::{explain, rounded};
+use crate::report::{Edition, explain, rounded};
 use maud::{Markup, html};
 
 /// Below this test ratio all effects are drawn alike.
@@ -14,7 +14,7 @@ const LEAST: f64 = 0.03;
 const FEW: usize = 10;
 
 /// One figure a round; what is said instead where no effect was looked at.
-pub(super) fn all(identified: &Identified) -> Vec<Markup> {
+pub(super) fn all(identified: &Identified, edition: &Edition) -> Vec<Markup> {
     let rounds = identified
         .considered
         .iter()
@@ -25,14 +25,14 @@ pub(super) fn all(identified: &Identified) -> Vec<Markup> {
         let caption = html! {
             "No effect was looked at: none was allowed, nothing was held out, or the base model follows the record exactly."
         };
-        return vec![figure("ranking", &[], html! {}, &caption)];
+        return vec![figure("ranking", edition, &[], html! {}, &caption)];
     }
     (1..=rounds)
-        .map(|round| of_round(identified, round))
+        .map(|round| of_round(identified, round, edition))
         .collect()
 }
 
-fn of_round(identified: &Identified, round: usize) -> Markup {
+fn of_round(identified: &Identified, round: usize, edition: &Edition) -> Markup {
     let mut list: Vec<&Considered> = identified
         .considered
         .iter()
@@ -79,7 +79,7 @@ fn of_round(identified: &Identified, round: usize) -> Markup {
         format!("ranking-{round}")
     };
     html! {
-        (figure(&id, &panels, legend(&entries), &caption))
+        (figure(&id, edition, &panels, legend(&entries), &caption))
         details {
             summary { "Round " (round) ": why each effect was or was not chosen" }
             div.scroll { table {

@@ -7,11 +7,11 @@ use super::role::Role;
 use super::words::{capitalised, spoken};
 use crate::diagnose::{Added, Contest, Identified, Signature, Verdict};
 use crate::model::Structure;
-use crate::report::rounded;
+use crate::report::{Edition, rounded};
 use maud::{Markup, html};
 
 /// The signatures of everything that was added, or of the residual where nothing was.
-pub(super) fn all(identified: &Identified) -> Vec<Markup> {
+pub(super) fn all(identified: &Identified, edition: &Edition) -> Vec<Markup> {
     let structure = &identified.before.problem.structure;
     let contested = identified
         .added
@@ -20,10 +20,12 @@ pub(super) fn all(identified: &Identified) -> Vec<Markup> {
     let figures: Vec<Markup> = contested
         .zip(&identified.signatures)
         .enumerate()
-        .map(|(i, ((added, contest), found))| of_effect(&id(i), added, contest, found, structure))
+        .map(|(i, ((added, contest), found))| {
+            of_effect((&id(i), edition), added, contest, found, structure)
+        })
         .collect();
     match figures.is_empty() {
-        true => vec![of_residual(identified)],
+        true => vec![of_residual(identified, edition)],
         false => figures,
     }
 }
@@ -37,7 +39,7 @@ fn id(i: usize) -> String {
 }
 
 fn of_effect(
-    id: &str,
+    (id, edition): (&str, &Edition),
     added: &Added,
     contest: &Contest,
     found: &[Signature],
@@ -84,13 +86,14 @@ fn of_effect(
     };
     figure(
         id,
+        edition,
         &panels(found, structure, titles),
         legend(&entries),
         &caption,
     )
 }
 
-fn of_residual(identified: &Identified) -> Markup {
+fn of_residual(identified: &Identified, edition: &Edition) -> Markup {
     let found = identified.signatures.first().map_or(&[][..], Vec::as_slice);
     let has_form = identified.free_form.is_some();
     let unexplained = identified.verdict == Verdict::Unexplained;
@@ -126,6 +129,7 @@ fn of_residual(identified: &Identified) -> Markup {
     let roles: Vec<Role> = roles.iter().map(|(role, _, _)| *role).collect();
     figure(
         "signature",
+        edition,
         &panels_as(found, &identified.before.problem.structure, titles, &roles),
         legend(&entries),
         &caption,

@@ -7,11 +7,16 @@ use super::role::Role;
 use super::rows::Rows;
 use crate::diagnose::{Identified, spectral_density};
 use crate::model::Output;
-use crate::report::rounded;
+use crate::report::{Edition, rounded};
 use maud::{Markup, html};
 
 /// The spectrum of the residual before and after, beside what white noise would show.
-pub(super) fn of(identified: &Identified, output: Output, rows: &Rows) -> Markup {
+pub(super) fn of(
+    identified: &Identified,
+    output: Output,
+    rows: &Rows,
+    edition: &Edition,
+) -> Markup {
     let changed = identified.changed();
     let channel = output.name();
     let unit = identified.after.problem.structure.unit(output);
@@ -69,6 +74,7 @@ pub(super) fn of(identified: &Identified, output: Output, rows: &Rows) -> Markup
     };
     figure(
         &format!("spectrum-{channel}"),
+        edition,
         &[panel],
         legend(&entries),
         &caption,

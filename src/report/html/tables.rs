@@ -4,18 +4,19 @@ use super::axis::Axis;
 use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
 use super::role::Role;
-use crate::diagnose::{Conditions, Identified, Used};
-use crate::report::{AboutLine, Document, FreeFormReport, ParameterReport, number, rounded};
+use crate::diagnose::{Conditions, Errors, Identified, Used};
+use crate::report::{
+    AboutLine, Document, Edition, FreeFormReport, ParameterReport, number, rounded,
+};
 use maud::{Markup, html};
 
 /// Errors before and after, channel by channel.
-pub(super) fn errors(identified: &Identified) -> Markup {
+pub(super) fn errors(identified: &Identified, edition: &Edition) -> Markup {
     let structure = &identified.after.problem.structure;
     let (before, after) = (&identified.before.errors, &identified.after.errors);
-    let cell = |side: &std::collections::BTreeMap<String, crate::evaluate::Score>,
-                channel: &str| {
+    let cell = |side: &Errors, channel: &str, factor: f64| {
         side.get(channel)
-            .map_or("–".into(), |score| number(score.rmse))
+            .map_or("–".into(), |score| number(factor * score.rmse))
     };
     html! {
         div.scroll { table {
@@ -27,16 +28,20 @@ pub(super) fn errors(identified: &Identified) -> Markup {
             }
             tbody { @for output in &structure.observed {
                 @let channel = output.name();
+                @let (unit, factor) = edition.units.of(structure.unit(*output));
                 tr {
-                    td { (channel) " [" (structure.unit(*output)) "]" }
-                    td.n { (cell(&before.fit, channel)) } td.n { (cell(&after.fit, channel)) }
-                    td.n { (cell(&before.hold_out, channel)) } td.n { (cell(&after.hold_out, channel)) }
+                    td { (channel) " [" (unit) "]" }
+                    td.n { (cell(&before.fit, channel, factor)) } td.n { (cell(&after.fit, channel, factor)) }
+                    td.n { (cell(&before.hold_out, channel, factor)) } td.n { (cell(&after.hold_out, channel, factor)) }
                     td.n { (after.hold_out.get(channel).and_then(|s| s.fit_percent).map_or("–".into(), |fit| format!("{fit:.2} %"))) }
-                    td.n { (number(identified.noise[channel].value)) }
+                    td.n { (number(factor * identified.noise[channel].value)) }
                 }
             } }
         } }
-        p.note { "Root mean square of measured less simulated, in the channel's unit. Fit: 100 (1 − ‖e‖ / ‖y − mean y‖)." }
+        p.note {
+            "Root mean square of measured less simulated, in the channel's unit. Fit: 100 (1 − ‖e‖ / ‖y − mean y‖), 100 % "
+            "where nothing is left. The noise floor is what the noise of the measurement alone leaves: no model comes below it."
+        }
     }
 }
 
@@ -61,7 +66,7 @@ pub(super) fn parameters(parameters: &[ParameterReport], before: bool) -> Markup
             } }
             tbody { @for parameter in parameters {
                 tr {
-                    td { (parameter.name) } td { (parameter.unit) }
+                    td translate="no" { (parameter.name) } td { (parameter.unit) }
                     @if before { td.n { (parameter.before.map_or("–".into(), number)) } }
                     td.n { (number(parameter.value)) }
                     td.n { (parameter.interval("…")) }
@@ -107,7 +112,7 @@ pub(super) fn undetermined(document: &Document, unit: &dyn Fn(&str) -> String) -
 /// What the user says of the valve and the test.
 pub(super) fn lines(about: &[AboutLine]) -> Markup {
     html! { @if !about.is_empty() {
-        dl.about { @for line in about { dt { (line.name) } dd { (line.value) } } }
+        dl.about translate="no" { @for line in about { dt { (line.name) } dd { (line.value) } } }
     } }
 }
 
@@ -128,7 +133,7 @@ pub(super) fn about(document: &Document) -> Markup {
     html! {
         (lines(&document.about))
         dl.about {
-            dt { "Records" } dd { (files.join(", ")) }
+            dt { "Records" } dd translate="no" { (files.join(", ")) }
             dt { "Report of" } dd { (day) }
             @if let Some(supply) = supply_pressure {
                 dt { "Supply pressure" } dd {
@@ -153,7 +158,7 @@ pub(super) fn records(records: &[Used]) -> Markup {
         dl { @for record in records {
             dt { "Record" }
             dd {
-                (record.path) ": " (record.rows) " rows, " (record.fitted) " fitted, " (record.held_out) " held out"
+                span translate="no" { (record.path) } ": " (record.rows) " rows, " (record.fitted) " fitted, " (record.held_out) " held out"
                 (sum(&record.sha256))
             }
         } }
@@ -165,9 +170,9 @@ pub(super) fn run(document: &Document) -> Markup {
     html! {
         (records(&document.records))
         dl {
-            dt { "Program" } dd { (document.program.name) " " (document.program.version) }
+            dt { "Program" } dd translate="no" { (document.program.name) " " (document.program.version) }
             dt { "Arguments" } dd { code { (document.arguments.join(" ")) } }
-            @for file in &document.files { dt { "File" } dd { (file.path) (sum(&file.sha256)) } }
+            @for file in &document.files { dt { "File" } dd translate="no" { (file.path) (sum(&file.sha256)) } }
             @if let Some(hold) = &document.hold { dt { "Command" } dd { (hold.sentence()) } }
             dt { "Evaluator" } dd { (document.evaluator) " (" (document.evaluator_reason) ")" }
             dt { "Seed" } dd { (document.seed) }
@@ -178,7 +183,7 @@ pub(super) fn run(document: &Document) -> Markup {
 }
 
 /// The curve that describes what no entry of the catalogue explains.
-pub(super) fn free_form(form: &FreeFormReport) -> Markup {
+pub(super) fn free_form(form: &FreeFormReport, edition: &Edition) -> Markup {
     let points: Vec<(f64, f64)> = form
         .curve
         .iter()
@@ -211,6 +216,7 @@ pub(super) fn free_form(form: &FreeFormReport) -> Markup {
     };
     figure(
         "free-form",
+        edition,
         &[panel],
         legend(&[(Role::After, Key::Line, "what is added")]),
         &caption,

@@ -9,12 +9,17 @@ use super::words;
 use crate::diagnose::Identified;
 use crate::model::Output;
 use crate::report::noise::taken_from;
-use crate::report::rounded;
+use crate::report::{Edition, rounded};
 use maud::{Markup, html};
 use std::ops::Range;
 
 /// Measured, before and after over time: all of it, and where the models are worst.
-pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) -> Markup {
+pub(super) fn over_time(
+    identified: &Identified,
+    output: Output,
+    rows: &Rows,
+    edition: &Edition,
+) -> Markup {
     let changed = identified.changed();
     let channel = output.name();
     let unit = identified.after.problem.structure.unit(output);
@@ -97,6 +102,7 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
     };
     figure(
         &format!("time-{channel}"),
+        edition,
         &panels,
         legend(&entries),
         &caption,
@@ -104,7 +110,12 @@ pub(super) fn over_time(identified: &Identified, output: Output, rows: &Rows) ->
 }
 
 /// The residual before and after, on one scale.
-pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) -> Markup {
+pub(super) fn residuals(
+    identified: &Identified,
+    output: Output,
+    rows: &Rows,
+    edition: &Edition,
+) -> Markup {
     let changed = identified.changed();
     let channel = output.name();
     let unit = identified.after.problem.structure.unit(output);
@@ -167,6 +178,7 @@ pub(super) fn residuals(identified: &Identified, output: Output, rows: &Rows) ->
     };
     figure(
         &format!("residual-{channel}"),
+        edition,
         &panels,
         legend(&entries),
         &caption,

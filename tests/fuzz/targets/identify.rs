@@ -8,7 +8,7 @@ use servobee::diagnose::{Cut, IdentificationProblem, Options, identify};
 use servobee::evaluate::{Choice, choose};
 use servobee::model::effects::CATALOGUE;
 use servobee::record::Record;
-use servobee::report::{Call, Document, ModelFile, page};
+use servobee::report::{Call, Document, Edition, ModelFile, page};
 use servobee::search::{Plan, Settings};
 use servobee_fuzz::{assert_reads_back, located};
 use std::ops::ControlFlow;
@@ -112,7 +112,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     );
     assert!(!document.to_json().contains("NaN"));
     assert!(
-        page(&identified, &document, &card)
+        page(&identified, &document, &card, &Edition::default())
             .trim_end()
             .ends_with("</html>")
     );

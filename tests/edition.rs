@@ -148,7 +148,10 @@ fn every_number_with_a_unit_of_flow_pressure_or_length_is_told_in_those_that_wer
     assert_eq!(old.len(), new.len());
     let mut converted = [0; 3];
     for (old, new) in old.iter().zip(&new) {
-        let with = |(unit, _, _): &&(&str, &str, f64)| old.iter().any(|cell| has_unit(cell, unit));
+        let with = |(unit, _, _): &&(&str, &str, f64)| {
+            let mut cells = old.iter().map(|cell| cell.trim());
+            cells.any(|cell| cell == *unit || cell.ends_with(&format!("[{unit}]")))
+        };
         let factor = FACTORS.iter().position(|one| with(&one));
         let mut changed = false;
         for (old, new) in old.iter().zip(new) {

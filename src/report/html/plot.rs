@@ -61,15 +61,19 @@ impl Panel {
         html! {
             div.panel.wide[self.size.0 > 600] style=(format!("flex-basis:{}px", self.size.0)) {
                 p.title { (self.title) }
-                svg role="img" aria-label=(self.label(&axes)) viewBox=(format!("0 0 {width} {height}")) {
+                svg role="img" aria-label=(self.label(&axes, edition)) viewBox=(format!("0 0 {width} {height}")) {
                     (PreEscaped(content))
                 }
             }
         }
     }
 
-    fn label(&self, [x, y]: &[Axis; 2]) -> String {
-        format!("{}: {} over {}", self.title, y.label, x.label)
+    fn label(&self, [x, y]: &[Axis; 2], edition: &Edition) -> String {
+        let [title, over] = [&self.title, "over"].map(|text| edition.text(text));
+        match y.label.is_empty() {
+            true => format!("{title}: {}", x.label),
+            false => format!("{title}: {} {over} {}", y.label, x.label),
+        }
     }
 
     fn draw_on(

@@ -10,6 +10,7 @@ use servobee::card::{Accuracy, Card, Measured};
 use servobee::diagnose::{self, Cut, IdentificationProblem, Identified, ROWS, identify};
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::{Chosen, Fingerprint, parameters_for, structure_for};
+use servobee::model::Structure;
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{HOLD_OUT, Reading, Record, check_mappings, usual_full_scale};
 use servobee::report::{About, Call, Document, InputFile, Limit, Limits, ModelFile};
@@ -57,6 +58,8 @@ pub(super) struct Setup {
     file: Option<ModelFile>,
     limits: Option<Limits>,
     entries: Vec<&'static Entry>,
+    /// Whether the call names these, and no other word stands for them.
+    named: bool,
     max_effects: usize,
     accuracy: Accuracy,
     cut: Cut,
@@ -80,6 +83,7 @@ impl DiagnosisOptions {
             file,
             limits,
             entries: entries(&self.effects)?,
+            named: !matches!(self.effects.as_str(), "all" | "none"),
             max_effects: self.max_effects,
             accuracy: self.accuracy.clone().unwrap_or_default(),
             cut: Cut {
@@ -126,7 +130,8 @@ impl Setup {
     /// The problem that `records` pose, scored on those `held_out`.
     ///
     /// # Errors
-    /// Records in which nothing moves, that have not the same channels, or that the model file does not suit.
+    /// Records in which nothing moves, that have not the same channels, that the model file does not suit, or in which an effect
+    /// that the call names has nothing to act on.
     pub(super) fn prepare(&self, records: &[Record], held_out: &[Record]) -> Result<Prepared> {
         self.prepare_among(records, records, held_out)
     }
@@ -163,6 +168,9 @@ impl Setup {
         };
         let problem =
             IdentificationProblem::new(structure, parameters, records, held_out, self.cut)?;
+        if self.named {
+            check_asked(&self.entries, &problem.structure, records)?;
+        }
         let options = diagnose::Options::on(&problem.structure, &self.entries, self.max_effects);
         let limits = match &self.limits {
             Some(limits) => limits.on(&problem.structure, &options.effects)?,
@@ -357,6 +365,27 @@ fn rows(text: &str) -> std::result::Result<usize, String> {
         Ok(rows) if rows >= 1000 => Ok(rows),
         _ => Err("a whole number from 1000 on".into()),
     }
+}
+
+/// Refuses an effect among `entries` that was asked for by its name and cannot be in `records`.
+fn check_asked(
+    entries: &[&'static Entry],
+    structure: &Structure,
+    records: &[Record],
+) -> Result<()> {
+    let Some(idle) = entries.iter().find(|entry| entry.on(structure).is_empty()) else {
+        return Ok(());
+    };
+    let name = idle.name;
+    let record = records.first().map_or("the record", |record| &record.name);
+    Err(Error::input(
+        format!("--effects, {name}"),
+        format!(
+            "has nothing to act on in {record}; it shows: {}",
+            idle.shows
+        ),
+        format!("leave {name} out, or measure where it shows"),
+    ))
 }
 
 /// The entries of the catalogue that `--effects` names.

@@ -53,7 +53,7 @@ fn structure(criterion: &mut Criterion) {
         ("with delay", workload::with_effects(&["delay"], rows)),
         (
             "with three effects",
-            workload::with_effects(&["null_bias", "friction", "leakage"], rows),
+            workload::with_effects(&["null_bias", "friction", "overlap"], rows),
         ),
     ];
     for (name, problem) in problems {
@@ -73,7 +73,7 @@ fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, Wal
 
 /// Costs must be right before their speed counts.
 fn check() {
-    let effects = ["null_bias", "friction", "leakage"];
+    let effects = ["null_bias", "friction", "overlap"];
     for problem in [
         workload::actuator(USUAL.0),
         workload::with_effects(&effects, USUAL.0),

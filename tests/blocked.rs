@@ -308,6 +308,10 @@ fn of_a_load_pressure_alone_it_is_said_which_edges_can_be_exchanged() {
     let (report, printed) = identified(folder.path(), &["load.csv", "leak.csv"]);
     assert_eq!(report["verdict"], "none", "{printed}");
     assert!(printed.contains("can be exchanged"), "{printed}");
+    for (name, measured) in [("load", "load_pressure"), ("leak", "return_flow")] {
+        let taken = format!("{name}: {measured} is measured: the ports A and B are taken to be");
+        assert!(printed.contains(&taken), "{taken}: {printed}");
+    }
     // Either as they were made, or exchanged.
     let positions = ["pa", "bt"].map(|name| edge(&report, name)[0][0]);
     let apart = |made: [f64; 2]| (positions[0] - made[0]).abs() + (positions[1] - made[1]).abs();
@@ -368,5 +372,6 @@ fn tests_that_do_not_belong_together_are_refused() {
         assert!(parts.iter().all(|part| text.contains(part)), "{text}");
     }
     let inspected = printed(&servobee(folder.path(), &["inspect", "leak.csv"]));
-    assert!(inspected.contains("return_flow"), "{inspected}");
+    let taken = "return_flow is measured: the ports A and B are taken to be blocked";
+    assert!(inspected.contains(taken), "{inspected}");
 }

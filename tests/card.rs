@@ -6,7 +6,7 @@ use servobee::card::{Accuracy, Card, Figure, Measured};
 use servobee::evaluate::problem::{Data, Sample, Series as Rows, Stream};
 use servobee::evaluate::reference;
 use servobee::evaluate::{Memory, Problem};
-use servobee::model::valve::{Drop, ValveForm};
+use servobee::model::valve::{Drop, Meter, ValveForm};
 use servobee::model::{Complete, Hold, Input, Output, Outputs, ServoValve, Structure};
 use servobee::record::{Channel, FlowCurve, Record, Series};
 use servobee::search::datasheet::{Case, Sheet};
@@ -26,6 +26,10 @@ fn valve(effects: &[&str]) -> Structure {
         effects: effects.iter().map(|name| name.parse().unwrap()).collect(),
         base: ServoValve::with(ValveForm {
             drop: Drop::Supply,
+            meter: match effects.contains(&"leakage") {
+                true => Meter::Supply,
+                false => Meter::Load,
+            },
             ..ValveForm::linear()
         })
         .into(),
@@ -217,6 +221,9 @@ fn the_flow_curve_shows_what_is_planted() {
     assert_near(&asymmetric, "asymmetry", 100.0 * 0.2 / 1.1, 0.01);
     let leaking = planted(&["leakage"], &[("leakage", 2.0), ("leakage_width", 3.0)]);
     assert_near(&leaking, "leakage", 2.0, 0.02);
+    // What leaks passes no load.
+    assert_near(&leaking, "rated_flow", rated, 1e-4 * rated);
+    assert_near(&leaking, "null_bias", 0.0, 1e-3);
     let late = planted(&["delay"], &[("delay", 0.005)]);
     assert_near(&late, "step_time", value(&plain, "step_time") + 5.0, 0.05);
     // The sensor's lag is no property of the valve.

@@ -5,13 +5,19 @@
 use crate::html::assert_well_formed;
 use crate::program::{json, names, printed, refused, servobee, soak};
 use serde_json::Value;
-use servobee::rig::{Setup, Valve};
+use servobee::rig::{Meter, Planted, Setup, Valve};
 use std::fs::{read_to_string, write};
 use std::path::Path;
 
 /// A record of the default valve with what is planted, as text.
 fn record(seed: u64, planted: &[&str], change: impl Fn(&mut Valve)) -> String {
+    metered(Meter::Load, seed, planted, change)
+}
+
+/// The same, the flow measured there.
+fn metered(meter: Meter, seed: u64, planted: &[&str], change: impl Fn(&mut Valve)) -> String {
     let mut setup = Setup {
+        meter,
         planted: planted.iter().map(|text| text.parse().unwrap()).collect(),
         seconds: 5.0,
         seed,
@@ -79,8 +85,12 @@ fn tie_of(parameter: &str) -> String {
 
 /// The comparison of two records with what is planted in each, the second with noise of its own.
 fn of_records(folder: &Path, seed: u64, [before, after]: [&[&str]; 2]) -> Value {
-    write(folder.join("before.csv"), record(seed, before, |_| {})).unwrap();
-    write(folder.join("after.csv"), record(seed + 1, after, |_| {})).unwrap();
+    let parsed = |texts: &[&str]| texts.iter().map(|text| text.parse().unwrap()).collect();
+    let all: Vec<Planted> = parsed(&[before, after].concat());
+    let meter = Meter::that_shows(&all);
+    for (name, seed, planted) in [("before.csv", seed, before), ("after.csv", seed + 1, after)] {
+        write(folder.join(name), metered(meter, seed, planted, |_| {})).unwrap();
+    }
     compared(folder)
 }
 

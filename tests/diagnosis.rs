@@ -159,7 +159,7 @@ fn identified(records: &[Record; 2], seed: u64) -> Identified {
         "overlap",
         "null_bias",
         "slew_limit",
-        "leakage",
+        "gain_curvature",
     ];
     let some = some.map(|name| entry(name).unwrap());
     let options = Options::on(&problem.structure, &some, 4);

@@ -7,11 +7,12 @@ use std::fs::{create_dir, read_to_string, write};
 use std::path::Path;
 use tempfile::TempDir;
 
-/// What a number is multiplied by where it is told in gpm, psi and in.
-const FACTORS: [(&str, &str, f64); 3] = [
+/// What a number is multiplied by where it is told in gpm, psi, in and in2.
+const FACTORS: [(&str, &str, f64); 4] = [
     ("L/min", "gpm", 1.0 / 3.785_411_784),
     ("bar", "psi", 14.503_773_77),
     ("mm", "in", 1.0 / 25.4),
+    ("cm2", "in2", 1.0 / 6.4516),
 ];
 
 /// The bench's record with a spool in mm and at a supply pressure that was measured.
@@ -146,11 +147,16 @@ fn every_number_with_a_unit_of_flow_pressure_or_length_is_told_in_those_that_wer
     // Tables: a row with a unit has its numbers multiplied, any other is the same.
     let [old, new] = [&metric.page, &us.page].map(|page| rows(page));
     assert_eq!(old.len(), new.len());
-    let mut converted = [0; 3];
+    let mut converted = [0; 4];
     for (old, new) in old.iter().zip(&new) {
         let with = |(unit, _, _): &&(&str, &str, f64)| {
             let mut cells = old.iter().map(|cell| cell.trim());
-            cells.any(|cell| cell == *unit || cell.ends_with(&format!("[{unit}]")))
+            cells.any(|cell| {
+                let behind = cell
+                    .strip_prefix(unit)
+                    .is_some_and(|rest| rest.starts_with('/'));
+                behind || cell == *unit || cell.ends_with(&format!("[{unit}]"))
+            })
         };
         let factor = FACTORS.iter().position(|one| with(&one));
         let mut changed = false;

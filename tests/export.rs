@@ -540,9 +540,13 @@ fn every_effect_simulates_as_a_modelica_model() {
     );
     let scale = common::effects::scale(&base);
     let record = || vec![common::Record::new(20, 1e-3, 12.0)];
-    for effect in common::effects::all_on(&base) {
-        let problem = common::effects::planted(&base, &[effect], &scale, 1, record());
-        add(effect.to_string(), &problem);
+    let [spools @ .., _] = common::effects::everywhere();
+    for (base, effects) in spools {
+        let scale = common::effects::scale(&base);
+        for effect in effects {
+            let problem = common::effects::planted(&base, &[effect], &scale, 1, record());
+            add(effect.to_string(), &problem);
+        }
     }
     let piston = common::effects::piston();
     for effects in [&[][..], &["compressibility.flow", "hysteresis"]] {

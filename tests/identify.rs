@@ -11,7 +11,7 @@ use serde_json::Value;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::{CATALOGUE, Effect};
-use servobee::model::valve::ValveForm;
+use servobee::model::valve::{Meter, ValveForm};
 use servobee::model::{Complete, Hold, Output, Outputs, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use sha2::{Digest, Sha256};
@@ -296,11 +296,18 @@ fn added(report: &Value) -> Vec<&str> {
 
 /// A folder with `record.csv`, so many seconds with these effects planted.
 fn synthesized(effects: &str, seconds: &str) -> TempDir {
+    metered("load", effects, seconds)
+}
+
+/// The same, the flow measured there.
+fn metered(meter: &str, effects: &str, seconds: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let call = [
         "synthesize",
         "--effect",
         effects,
+        "--meter",
+        meter,
         "--seconds",
         seconds,
         "--out",
@@ -322,7 +329,7 @@ fn a_known_effect_that_is_not_there_changes_nothing() {
 
 #[test]
 fn a_known_effect_hides_no_other() {
-    let folder = synthesized("hysteresis=0.3,leakage=2", "8");
+    let folder = metered("supply", "hysteresis=0.3,leakage=2", "8");
     let report = with_known(folder.path(), "record.csv", &["leakage"], "", &[]);
     assert_eq!(report["verdict"], "found");
     assert_eq!(added(&report), ["hysteresis"]);
@@ -330,12 +337,45 @@ fn a_known_effect_hides_no_other() {
     assert!(off(value(&report, "leakage"), 2.0) < 0.05, "{report}");
 }
 
-/// Every effect of the catalogue in every form on a spool with its flow; those that take long only with `SERVOBEE_SOAK=1`.
-fn every_effect() -> Vec<Effect> {
+#[test]
+fn an_effect_with_nothing_to_act_on_is_refused_with_where_it_shows() {
+    let folder = synthesized("delay=0.0047", "1");
+    let model = "[structure]\neffects = [\"leakage\"]\n";
+    write(folder.path().join("known.toml"), model).unwrap();
+    for more in [["--effects", "delay,leakage"], ["--model", "known.toml"]] {
+        let call = [&["identify", "record.csv"], &more[..]].concat();
+        let text = refused(&servobee(folder.path(), &call));
+        for part in ["leakage", "nothing to act on", "in the pressure line"] {
+            assert!(text.contains(part), "{part} is not in: {text}");
+        }
+    }
+}
+
+#[test]
+fn what_is_added_to_the_flow_throughout_is_the_meters_wherever_it_stands() {
+    for (meter, offset) in [("load", 1.5), ("supply", 1.5), ("supply", -1.5)] {
+        let planted = format!("sensor_offset.flow={offset}");
+        let folder = metered(meter, &planted, "3");
+        let call = ["identify", "record.csv", "--out", "out"];
+        printed(&servobee(folder.path(), &call));
+        let report = json(folder.path().join("out/report.json"));
+        assert_eq!(added(&report), ["sensor_offset"], "{meter}: {report}");
+        let found = value(&report, "sensor_offset_flow");
+        assert!(off(found, offset) < 0.05, "{meter}: {found}");
+    }
+}
+
+/// Every effect of the catalogue in every form on a spool with its flow, measured there; those that take long only with
+/// `SERVOBEE_SOAK=1`.
+fn every_effect(meter: Meter) -> Vec<Effect> {
     let slow = ["line_resonance", "supply_droop"];
     let bench = Structure {
         observed: vec![Output::Spool, Output::Flow],
-        base: ServoValve::with(ValveForm::linear()).into(),
+        base: ServoValve::with(ValveForm {
+            meter,
+            ..ValveForm::linear()
+        })
+        .into(),
         ..Structure::actuator(10.0, "V")
     };
     CATALOGUE
@@ -367,16 +407,25 @@ fn every_effect_of_the_catalogue_can_be_known() {
     let folder = synthesized("delay=0.0047", "1");
     let few = [
         "--effects",
-        "delay,hysteresis,leakage",
+        "delay,hysteresis,overlap",
         "--max-effects",
         "2",
     ];
-    for effect in every_effect() {
+    let known = |folder: &Path, effect: &Effect| {
         let known = effect.to_string();
         let known = [known.as_str()];
-        let report = with_known(folder.path(), "record.csv", &known, "", &few);
+        let report = with_known(folder, "record.csv", &known, "", &few);
         assert_late(&report, &known);
-    }
+    };
+    let usual = every_effect(Meter::Load);
+    usual.iter().for_each(|effect| known(folder.path(), effect));
+    let mut others = every_effect(Meter::Supply);
+    others.retain(|effect| !usual.contains(effect));
+    assert!(!others.is_empty());
+    let folder = metered("supply", "delay=0.0047", "1");
+    others
+        .iter()
+        .for_each(|effect| known(folder.path(), effect));
 }
 
 #[test]
@@ -384,11 +433,11 @@ fn two_known_effects_one_of_them_fixed_hide_nothing() {
     let folder = synthesized("delay=0.0047", "1");
     let few = [
         "--effects",
-        "delay,hysteresis,leakage",
+        "delay,hysteresis,overlap",
         "--max-effects",
         "2",
     ];
-    let all = every_effect();
+    let all = every_effect(Meter::Load);
     for (i, first) in all.iter().enumerate().step_by(if soak() { 1 } else { 3 }) {
         let second = all[(i + 7) % all.len()];
         let known = [first.to_string(), second.to_string()];
@@ -419,7 +468,7 @@ fn two_known_effects_one_of_them_fixed_hide_nothing() {
 fn what_is_planted_and_known_is_followed_with_and_without_another() {
     let few = [
         "--effects",
-        "delay,hysteresis,leakage",
+        "delay,hysteresis,overlap",
         "--max-effects",
         "2",
     ];
@@ -475,16 +524,16 @@ fn what_was_not_asked_is_not_said_to_be_in_no_catalogue() {
     write(folder.path().join("bench.csv"), program::excerpt(900)).unwrap();
     for (effects, more, verdict, sentence) in [
         (
-            "leakage,overlap",
+            "gain_curvature,overlap",
             "1",
             "unexplained",
             "lacks something that none of the 2 effects that were asked explains.",
         ),
         (
-            "leakage",
+            "gain_curvature",
             "1",
             "unexplained",
-            "lacks something that the one effect that was asked, leakage, does not explain.",
+            "lacks something that the one effect that was asked, gain_curvature, does not explain.",
         ),
         (
             "all",

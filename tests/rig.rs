@@ -8,16 +8,18 @@ use servobee::model::valve::ValveForm;
 use servobee::model::{Complete, Output, ServoValve, Structure};
 use servobee::record::{Channel, Record};
 use servobee::rig::{
-    Command, FULL_SCALE, Form, Kind, Noise, Oddity, Outsider, Planted, Quantisation, RATED_DROP,
-    Setup, Simulation, SpoolUnit, Valve,
+    Command, FULL_SCALE, Form, Kind, Meter, Noise, Oddity, Outsider, Planted, Quantisation,
+    RATED_DROP, Setup, Simulation, SpoolUnit, Valve,
 };
 use std::f64::consts::TAU;
 use std::fs::{read_to_string, write};
 
 /// The default valve with these effects, without noise.
 fn planted(effects: &[&str]) -> Setup {
+    let planted: Vec<Planted> = effects.iter().map(|text| text.parse().unwrap()).collect();
     Setup {
-        planted: effects.iter().map(|text| text.parse().unwrap()).collect(),
+        meter: Meter::that_shows(&planted),
+        planted,
         noise: Noise::white(0.0),
         ..Setup::default()
     }
@@ -46,6 +48,7 @@ fn everything() -> Vec<Setup> {
             .map(move |form| Planted::new(kind, kind.typical()).form(form))
     };
     let effects = Kind::ALL.into_iter().flat_map(forms).map(|p| Setup {
+        meter: p.effect.meter(),
         planted: vec![p],
         ..planted(&[])
     });
@@ -160,7 +163,6 @@ fn everything_planted_is_seen_and_nothing_else_is() {
 
 #[test]
 fn neutral_is_absent() {
-    let absent = planted(&[]).simulate().unwrap();
     for kind in Kind::ALL {
         if matches!(
             kind,
@@ -168,9 +170,18 @@ fn neutral_is_absent() {
         ) {
             continue;
         }
-        let neutral = planted(&[&format!("{kind}=0")]).simulate().unwrap();
-        assert_eq!(neutral, absent, "{kind}");
+        let neutral = planted(&[&format!("{kind}=0")]);
+        let absent = Setup {
+            planted: vec![],
+            ..neutral.clone()
+        };
+        assert_eq!(
+            neutral.simulate().unwrap(),
+            absent.simulate().unwrap(),
+            "{kind}"
+        );
     }
+    let absent = planted(&[]).simulate().unwrap();
     for oddity in Oddity::ALL {
         let setup = Setup {
             outsiders: vec![format!("{oddity}=0").parse().unwrap()],
@@ -325,7 +336,10 @@ fn at_rest_the_effects_are_where_their_equations_put_them() {
     near(spool(&["sensor_offset=-0.2"], 2.0), 1.8);
     near(flow(&["sensor_offset.flow=-0.2"], 5.0), 29.8);
     near(flow(&["leakage=1.5"], 0.0), 1.5);
-    near(flow(&["leakage=1.5:width=4"], 0.4), 60.0 * 0.04 + 0.75);
+    // To whichever side it goes.
+    for volts in [0.4, -0.4] {
+        near(flow(&["leakage=1.5:width=4"], volts), 60.0 * 0.04 + 0.75);
+    }
     near(flow(&["overlap=5"], 0.49), 0.0);
     near(flow(&["overlap=5"], -2.0), -9.0);
     near(flow(&["asymmetric_gain=0.1"], -5.0), -27.0);
@@ -425,6 +439,10 @@ fn what_makes_no_sense_is_refused() {
         flow: false,
         ..planted(&["leakage=1"])
     };
+    let unseen = Setup {
+        meter: Meter::Load,
+        ..planted(&["leakage=1"])
+    };
     let short = Setup {
         seconds: 0.001,
         ..planted(&[])
@@ -436,6 +454,7 @@ fn what_makes_no_sense_is_refused() {
     for (setup, part) in [
         (twice, "planted already"),
         (blind, "not measured"),
+        (unseen, "no meter between A and B sees it"),
         (short, "rows"),
         (empty, "two or more"),
     ] {

@@ -41,7 +41,7 @@ pub(super) struct Arguments {
 /// The names of all effects, so that the parser of the call refuses others and suggests the nearest.
 fn names() -> PossibleValuesParser {
     let name = |entry: &&'static Entry| {
-        let forms = entry.on(&signature::bench());
+        let forms = signature::forms(entry);
         PossibleValue::new(entry.name).aliases(forms.iter().map(Effect::to_string))
     };
     PossibleValuesParser::new(CATALOGUE.iter().map(name))
@@ -113,9 +113,7 @@ fn list() -> String {
 
 /// What `name` stands for; on the output where it shows best if `name` leaves that open.
 fn chosen(name: &str) -> Result<Effect> {
-    let forms = CATALOGUE
-        .iter()
-        .flat_map(|entry| entry.on(&signature::bench()));
+    let forms = CATALOGUE.iter().flat_map(|entry| signature::forms(entry));
     let mut forms: Vec<Effect> = forms
         .filter(|form| form.to_string() == name || form.entry.name == name)
         .collect();
@@ -141,7 +139,7 @@ fn explain(name: &str) -> Result<String> {
         vec!["source".into(), entry.source.into()],
     ];
     if entry.outputs.is_some() {
-        let forms = entry.on(&signature::bench());
+        let forms = signature::forms(entry);
         let forms: Vec<String> = forms.iter().map(Effect::to_string).collect();
         let of = format!("{}; below: {effect}", forms.join(", "));
         rows.insert(1, vec!["on an output".into(), of]);

@@ -6,8 +6,8 @@ use servobee::Result;
 use servobee::record::Channel;
 use servobee::report::OutputFile;
 use servobee::rig::{
-    Command, Kind, Noise, Oddity, Outsider, Planted, Quantisation, Setup, SpoolUnit, Strength,
-    Valve,
+    Command, Kind, Meter, Noise, Oddity, Outsider, Planted, Quantisation, Setup, SpoolUnit,
+    Strength, Valve,
 };
 use std::path::{Path, PathBuf};
 
@@ -55,6 +55,9 @@ pub(super) struct Arguments {
     /// The unit of the measured spool
     #[arg(long, value_enum, value_name = "V|%", default_value_t = Unit::Volt)]
     spool_unit: Unit,
+    /// Where the flow is measured: between A and B, or in the pressure line, where leakage shows
+    #[arg(long, value_enum, value_name = "load|supply", default_value_t = Place::Load)]
+    meter: Place,
     /// Measure the spool alone
     #[arg(long)]
     no_flow: bool,
@@ -81,7 +84,7 @@ pub(super) struct Arguments {
 const EXAMPLES: &str = "Examples:
   servobee synthesize --effect delay=0.002 --out delayed.csv
   servobee synthesize --effect hysteresis~bouc_wen=0.2,sensor_lag.flow=0.004 --random-valve --seed 7 --out two.csv
-  servobee synthesize --effect leakage=1.5:width=4 --noise 0.2 --noise-colour 50 --quantise 12 --out leaky.csv
+  servobee synthesize --effect leakage=1.5:width=4 --meter supply --noise 0.2 --noise-colour 50 --quantise 12 --out leaky.csv
   servobee synthesize --outsider detent=0.2 --command triangle --seconds 10 --out odd.csv
   servobee synthesize --out null.csv";
 
@@ -91,6 +94,12 @@ enum Unit {
     Volt,
     #[value(name = "%")]
     Percent,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Place {
+    Load,
+    Supply,
 }
 
 /// All effects and outsiders with their units, forms and keys.
@@ -161,6 +170,10 @@ fn setup(arguments: &Arguments) -> Setup {
             Unit::Percent => SpoolUnit::Percent,
         },
         flow: !arguments.no_flow,
+        meter: match arguments.meter {
+            Place::Load => Meter::Load,
+            Place::Supply => Meter::Supply,
+        },
         seed: arguments.seed,
         ..Setup::default()
     }

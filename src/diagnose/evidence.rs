@@ -412,19 +412,23 @@ mod tests {
     use super::*;
     use crate::evaluate::scale_of;
     use crate::model::effects::{CATALOGUE, Port};
-    use crate::model::valve::ValveForm;
+    use crate::model::valve::{Meter, ValveForm};
     use crate::model::{FreeForm, ServoValve};
     use crate::record::{self, Channel, Record};
 
-    /// A spool with its flow, and a piston with the flow that moves it: every effect acts on one of them.
+    /// A spool with its flow, and a piston with what the supply delivers for it: every effect acts on one of them.
     fn structures() -> [Structure; 2] {
         [
-            vec![Output::Spool, Output::Flow],
-            vec![Output::Flow, Output::Position],
+            (vec![Output::Spool, Output::Flow], Meter::Load),
+            (vec![Output::Flow, Output::Position], Meter::Supply),
         ]
-        .map(|observed| Structure {
+        .map(|(observed, meter)| Structure {
             observed,
-            base: ServoValve::with(ValveForm::linear()).into(),
+            base: ServoValve::with(ValveForm {
+                meter,
+                ..ValveForm::linear()
+            })
+            .into(),
             ..Structure::actuator(10.0, "V")
         })
     }

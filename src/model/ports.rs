@@ -91,6 +91,12 @@ pub trait Ports<R: Real> {
         opening
     }
 
+    /// What the supply delivers, L/min.
+    #[inline(always)]
+    fn delivered(&self, flow: R, _moment: &Moment<R>) -> R {
+        flow
+    }
+
     /// The flow, L/min.
     #[inline(always)]
     fn flow(&self, flow: R, _moment: &Moment<R>) -> R {
@@ -300,6 +306,15 @@ impl<R: Real> Ports<R> for Attached<R> {
             Some(correction) => opening + correction.at(opening),
             None => opening,
         }
+    }
+
+    #[inline(always)]
+    fn delivered(&self, flow: R, moment: &Moment<R>) -> R {
+        let mut flow = flow;
+        for effect in &self.effects {
+            flow = effect.action.delivered(flow, moment);
+        }
+        flow
     }
 
     #[inline(always)]

@@ -333,17 +333,16 @@ impl<R: Real> Valve<R> {
     /// What the flow meter shows, L/min, for spool position `x` in % of full scale and the measured pressures in bar.
     #[inline(always)]
     pub fn flow(&self, x: R, measured: &Pressures<R>) -> R {
-        self.flow_from(x, &self.supplied(measured))
-    }
-
-    /// The same from the pressures of supply and tank, and of the ports where they are measured.
-    #[inline(always)]
-    pub fn flow_from(&self, x: R, supplied: &Pressures<R>) -> R {
-        let flows = self.flows_from(x, supplied);
+        let flows = self.flows_from(x, &self.supplied(measured));
         match self.meter {
             Meter::Load => flows.load(),
             Meter::Supply => flows.supply(),
         }
+    }
+
+    /// Where the flow meter sits.
+    pub fn meter(&self) -> Meter {
+        self.meter
     }
 
     /// Pressures and return flow where A and B are blocked; `None` of a valve without edges, in whose closed lands nothing moves.
@@ -357,8 +356,9 @@ impl<R: Real> Valve<R> {
         }
     }
 
+    /// The flows through the orifices, from the pressures of supply and tank, and of the ports where they are measured.
     #[inline(always)]
-    fn flows_from(&self, x: R, supplied: &Pressures<R>) -> OrificeFlows<R> {
+    pub fn flows_from(&self, x: R, supplied: &Pressures<R>) -> OrificeFlows<R> {
         if let (Areas::Edges(edges), Drop::Rated | Drop::Supply) = (&self.areas, self.drop) {
             return edges.connected_flows(self.offset + x, supplied.supply, supplied.tank);
         }

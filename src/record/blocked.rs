@@ -1,6 +1,6 @@
 //! Records of tests with the ports A and B blocked: what is measured there is how the valve answers.
 
-use super::{Channel, Record};
+use super::{Channel, Record, Unusual};
 use crate::{Error, Result};
 
 /// What only such a test measures.
@@ -14,9 +14,16 @@ impl Record {
     /// Whether the ports A and B were blocked: there is a return flow or a load pressure, or nothing but the pressures at A and
     /// B answers the command.
     pub fn has_blocked_ports(&self) -> bool {
+        self.blocked_ports().is_some()
+    }
+
+    /// The same, with what says so.
+    pub(crate) fn blocked_ports(&self) -> Option<Unusual> {
         let has = |channel: &Channel| self.get(*channel).is_some();
         let moves = has(&Channel::Spool) || THROUGH.iter().any(has);
-        OWN.iter().any(has) || (PORTS.iter().any(has) && !moves)
+        let ports = PORTS.into_iter().filter(|_| !moves);
+        let measures = OWN.into_iter().chain(ports).find(has)?;
+        Some(Unusual::BlockedPorts { measures })
     }
 
     /// The channels that a model is fitted to. With blocked ports the pressures at A and B are among them, and their

@@ -34,8 +34,8 @@ const TURN: f64 = 0.05;
 
 /// Correlations beyond this tell a direction.
 const CLEAR: f64 = 0.7;
-/// A meter without a sign shows nothing below zero but this share of its largest value.
-const BELOW_ZERO: f64 = 0.02;
+/// A meter without a sign shows nothing below zero but what noise and an offset make: less than this share of its largest value.
+const BELOW_ZERO: f64 = 0.2;
 /// A command goes both ways if it has this share of its largest magnitude on either side.
 const BOTH_WAYS: f64 = 0.2;
 
@@ -68,6 +68,11 @@ pub enum Unusual {
     NoSign,
     /// The position follows the command.
     ClosedLoop,
+    /// The ports A and B were blocked.
+    BlockedPorts {
+        /// What says so.
+        measures: Channel,
+    },
     /// The command moves too slowly to show what moves the spool.
     TooSlow {
         /// The largest change of the command in 50 ms, as a share of its range: see [`Record::quickest_change`].
@@ -88,6 +93,10 @@ impl Display for Unusual {
             Self::ClosedLoop => f.write_str(
                 "the position follows the command: it is taken to be that of a closed loop (a model file with piston = \"integrated\" \
                  takes it for that of a cylinder which the valve drives)",
+            ),
+            Self::BlockedPorts { measures } => write!(
+                f,
+                "{measures} is measured: the ports A and B are taken to be blocked, as they are for pressure gain and internal leakage"
             ),
             Self::TooSlow { quickest } => write!(
                 f,
@@ -191,7 +200,9 @@ impl Record {
         let closed = (alone && self.is_position_loop()).then_some(Unusual::ClosedLoop);
         let quickest = self.quickest_change();
         let slow = self.is_static().then_some(Unusual::TooSlow { quickest });
-        flow.into_iter().chain(closed).chain(slow).collect()
+        let blocked = self.blocked_ports();
+        let all = flow.into_iter().chain(closed).chain(blocked).chain(slow);
+        all.collect()
     }
 
     /// Refuses signals in mA that look like a loop of 4-20 mA, whose null is not at zero.
@@ -376,6 +387,20 @@ mod tests {
         assert_eq!(
             record("V", 1000.0, up, |t| 5.0 * up(t)).direction(Channel::Flow),
             Direction::With
+        );
+        // One that is off, or noisy.
+        for off in [-5.0, 5.0] {
+            let record = record("V", 1000.0, up, |t| 5.0 * up(t).abs() + off);
+            assert_eq!(
+                record.direction(Channel::Flow),
+                Direction::Unsigned,
+                "{off}"
+            );
+        }
+        let noisy = |t: f64| 5.0 * up(t).abs() + 0.7 * (TAU * 31.0 * t).sin();
+        assert_eq!(
+            record("V", 1000.0, up, noisy).direction(Channel::Flow),
+            Direction::Unsigned
         );
         // A valve that is opened one way only has no negative flow.
         let one_way = |t: f64| up(t).abs();

@@ -1,5 +1,6 @@
-//! From the spool to the flow: opening, leakage, supply, line and oil.
+//! From the spool to the flow: opening, supply, leakage, line and oil.
 
+use super::Meter;
 use super::filter::{Lag, PolePair};
 use super::outsider::{self, CREEP_LAG, Oddity, Outsider, strength};
 use super::planted::{Form, Kind, Planted, find, value};
@@ -48,12 +49,12 @@ impl Seen {
     }
 }
 
-/// The load flow in L/min.
+/// The flow where the meter is, L/min.
 pub(super) struct Flow {
     rated: f64,
     opening: Opening,
-    leakage: f64,
-    leakage_width: f64,
+    meter: Meter,
+    leak: Option<Leak>,
     /// bar/(L/min), and |Q| as the supply feels it.
     droop: Option<(f64, Lag)>,
     fill: Option<Lag>,
@@ -64,6 +65,29 @@ pub(super) struct Flow {
     attached: bool,
     /// What passes the meter, L/min.
     pub(super) value: f64,
+}
+
+/// Edges that leak from P to T at null, and ever less the further the lands cover them.
+struct Leak {
+    /// L/min at null and the rated drop.
+    most: f64,
+    /// The share of full scale by which the spool is away from null where half of it is left.
+    half: f64,
+}
+
+impl Leak {
+    fn planted(planted: &[Planted]) -> Option<Self> {
+        find(planted, Kind::Leakage, Form::Usual).map(|p| Self {
+            most: p.value,
+            half: p.key("width").unwrap_or(1.0) / 100.0,
+        })
+    }
+
+    /// What passes where the spool is at the share `x` of full scale, under a multiple of the rated drop.
+    fn at(&self, x: f64, drop: f64) -> f64 {
+        let square = self.half * self.half;
+        self.most * drop.sqrt() * square / (square + x * x)
+    }
 }
 
 /// h over x, both as shares of full scale.
@@ -142,19 +166,19 @@ impl Flow {
     /// The flow in equilibrium with the spool at `position` V.
     pub(super) fn new(
         valve: Valve,
+        meter: Meter,
         planted: &[Planted],
         outsiders: &[Outsider],
         position: f64,
     ) -> Self {
         let usual = |kind| find(planted, kind, Form::Usual);
-        let leakage = usual(Kind::Leakage);
         let line = |p: &Planted| PolePair::new(p.value, p.key("damping").unwrap_or(1.0));
         let droop = |p: &Planted| (p.value, Lag::new(p.key("lag").unwrap_or(1.0)));
         let mut flow = Self {
             rated: valve.rated_flow,
             opening: Opening::planted(planted),
-            leakage: leakage.map_or(0.0, |p| p.value),
-            leakage_width: leakage.and_then(|p| p.key("width")).unwrap_or(1.0) / 100.0,
+            meter,
+            leak: Leak::planted(planted),
             droop: usual(Kind::SupplyDroop).map(droop),
             fill: usual(Kind::Compressibility).map(|p| Lag::new(p.value)),
             line: usual(Kind::LineResonance).map(line),
@@ -216,10 +240,13 @@ impl Flow {
                     0.0
                 };
         }
-        if self.leakage != 0.0 {
-            flow += self.leakage / (1.0 + (x / self.leakage_width).powi(2));
+        match self.meter {
+            Meter::Load => flow,
+            Meter::Supply => {
+                let leaks = |leak: &Leak| leak.at(x, self.drop());
+                flow.abs() + self.leak.as_ref().map_or(0.0, leaks)
+            }
         }
-        flow
     }
 }
 
@@ -229,6 +256,14 @@ mod tests {
 
     fn opening(text: &str) -> Opening {
         Opening::planted(&[text.parse().unwrap()])
+    }
+
+    #[test]
+    fn edges_leak_half_at_their_width_and_with_the_root_of_the_drop() {
+        let leak = Leak::planted(&["leakage=2:width=4".parse().unwrap()]).unwrap();
+        for (x, drop, expected) in [(0.0, 1.0, 2.0), (-0.04, 1.0, 1.0), (0.0, 0.25, 1.0)] {
+            assert!((leak.at(x, drop) - expected).abs() < 1e-12, "{x} {drop}");
+        }
     }
 
     #[test]

@@ -96,6 +96,24 @@ impl SpoolUnit {
     }
 }
 
+/// Where the flow is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Meter {
+    /// Between A and B: the flow of the load, with its sign.
+    #[default]
+    Load,
+    /// In the pressure line: what the supply delivers, to whichever side it goes, with what leaks. All effects show there.
+    Supply,
+}
+
+impl Meter {
+    /// Where all of these effects show: between A and B if they do there.
+    pub fn that_shows(planted: &[Planted]) -> Self {
+        let meters = planted.iter().map(|one| one.effect.meter());
+        meters.max().unwrap_or_default()
+    }
+}
+
 /// A valve on the rig, and how it is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
@@ -121,6 +139,8 @@ pub struct Setup {
     pub spool_unit: SpoolUnit,
     /// Whether flow is measured.
     pub flow: bool,
+    /// Where it is.
+    pub meter: Meter,
     /// The longest integration step, s.
     pub step: f64,
     /// Seed of command, noise, and whatever else is drawn.
@@ -142,6 +162,7 @@ impl Default for Setup {
             quantisation: None,
             spool_unit: SpoolUnit::Volt,
             flow: true,
+            meter: Meter::Load,
             step: 20e-6,
             seed: 1,
         }
@@ -255,6 +276,13 @@ impl Setup {
                     "measure it, or plant on the spool",
                 );
             }
+            if self.meter < planted.effect.meter() {
+                return refuse(
+                    &format!("effect {planted}"),
+                    "no meter between A and B sees it".into(),
+                    "measure the flow in the pressure line: --meter supply",
+                );
+            }
         }
         for (index, outsider) in self.outsiders.iter().enumerate() {
             outsider.check()?;
@@ -311,7 +339,7 @@ impl Setup {
         let [rest, _] = electronics.step(sent[0], self.step);
         let mut spool = Spool::new(self.valve, planted, outsiders, rest);
         let mut seen = Seen::new(planted, outsiders, rest);
-        let mut flow = Flow::new(self.valve, planted, outsiders, seen.position);
+        let mut flow = Flow::new(self.valve, self.meter, planted, outsiders, seen.position);
         let mut rng = random(self.seed, Stream::Sensors);
         let mut sensor = |channel, scale, value| {
             Sensor::new(channel, planted, outsiders, scale, value, &mut rng)

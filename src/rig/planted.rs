@@ -1,5 +1,6 @@
 //! Which effects are planted, and how they are written.
 
+use super::Meter;
 use crate::record::Channel;
 use crate::{Error, Result};
 use std::fmt::{self, Display, Formatter};
@@ -34,7 +35,7 @@ pub enum Kind {
     AsymmetricGain,
     /// h = x + c x (|x| − 1), x a share of full scale. \[1\]
     GainCurvature,
-    /// Q + Q0 / (1 + (x / w)²), w the width. \[L/min\]
+    /// |Q| + Q0 √(Δp / Δp_rated) / (1 + (x / w)²) in the pressure line, w the width. \[L/min\]
     Leakage,
     /// p = p0 − R |Q|, |Q| through a lag of 20 ms unless given. \[bar/(L/min)\]
     SupplyDroop,
@@ -173,7 +174,7 @@ impl Kind {
                 &[Form::Rounded], &[("width", f64::NAN, &[Form::Rounded])]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15, &[], &[]),
-            Self::Leakage => entry("leakage", "L/min", "flow", (-100.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
+            Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
                 &[], &[("lag", 0.02, USUAL)]),
             Self::Compressibility => entry("compressibility", "s", "flow", (0.0, 1.0), 0.004, &[], &[]),
@@ -217,6 +218,14 @@ impl Kind {
     /// The names of further parameters.
     pub fn keys(self) -> impl Iterator<Item = &'static str> {
         self.entry().keys.iter().map(|key| key.0)
+    }
+
+    /// Where the flow has to be measured for it to show.
+    pub fn meter(self) -> Meter {
+        match self {
+            Self::Leakage => Meter::Supply,
+            _ => Meter::Load,
+        }
     }
 
     /// Whether it acts on a measured channel.

@@ -9,7 +9,9 @@ use crate::evaluate::{CpuEvaluator, Evaluator, Precision};
 use crate::model::Output;
 use crate::model::effects::CATALOGUE;
 use crate::record::Record;
-use crate::rig::{Command, Form, Kind, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve};
+use crate::rig::{
+    Command, Form, Kind, Meter, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve,
+};
 use crate::search::Plan;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -68,6 +70,7 @@ impl Case {
         if self.subject.is_seen_in_volts_alone() {
             plain.spool_unit = SpoolUnit::Volt;
         }
+        plain.meter = self.subject.meter();
         let mut setup = plain.clone();
         let open = match &self.subject {
             Subject::Nothing => Vec::new(),
@@ -261,8 +264,12 @@ fn conditions(setup: &Setup) -> String {
         None => String::new(),
     };
     format!(
-        "K {gain:.1} 1/s T {:.3} ms S {saturation:.3} V {rated_flow:.2} L/min {} {:.1} s spool in {} noise {:.2} % {colour}{rounded}",
+        "K {gain:.1} 1/s T {:.3} ms S {saturation:.3} V {rated_flow:.2} L/min{} {} {:.1} s spool in {} noise {:.2} % {colour}{rounded}",
         1e3 * time_constant,
+        match setup.meter {
+            Meter::Load => "",
+            Meter::Supply => " in the pressure line",
+        },
         setup.command,
         setup.seconds,
         setup.spool_unit.name(),

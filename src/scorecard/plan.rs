@@ -1,7 +1,7 @@
 //! Which cases there are.
 
 use crate::record::Channel;
-use crate::rig::{Form, Kind, Oddity};
+use crate::rig::{Form, Kind, Meter, Oddity};
 use crate::{Error, Result};
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -159,6 +159,17 @@ pub enum Subject {
 }
 
 impl Subject {
+    /// Where the flow has to be measured for all of it to show.
+    pub(super) fn meter(&self) -> Meter {
+        match self {
+            Self::Effects(effects) => {
+                let meters = effects.iter().map(|effect| effect.kind.meter());
+                meters.max().unwrap_or_default()
+            }
+            Self::Nothing | Self::Outsider(_) => Meter::default(),
+        }
+    }
+
     /// Whether a spool in another unit than the command's hides it: its ratio to the command is then the base model's.
     pub(super) fn is_seen_in_volts_alone(&self) -> bool {
         matches!(self, Self::Effects(effects) if effects.iter().any(|e| e.kind == Kind::DcGain))

@@ -18,6 +18,7 @@ pub use prepared::Prepared;
 use crate::card::{Accuracy, Measured};
 use crate::diagnose::{self, Cut, IdentificationProblem};
 use crate::evaluate::{Chosen, Fingerprint, OwnLoss, parameters_for, structure_for};
+use crate::model::Structure;
 use crate::model::effects::{CATALOGUE, Entry, entry, known};
 use crate::record::{Reading, Record, check_mappings, usual_full_scale};
 use crate::report::{Call, Edition, Limits, ModelFile};
@@ -107,8 +108,8 @@ impl Session {
     /// The problem that `records` pose, scored on those `held_out`.
     ///
     /// # Errors
-    /// Records in which nothing moves or no response was measured, that have not the same channels, or that the model file does
-    /// not suit.
+    /// Records in which nothing moves or no response was measured, that have not the same channels, that the model file does
+    /// not suit, or in which an effect that was chosen has nothing to act on.
     pub fn prepare(&self, records: &[Record], held_out: &[Record]) -> Result<Prepared> {
         self.prepare_among(records, records, held_out)
     }
@@ -144,6 +145,7 @@ impl Session {
         };
         let mut problem =
             IdentificationProblem::new(structure, parameters, records, held_out, self.cut)?;
+        self.check_effects(&problem.structure, records)?;
         problem.hold_known = self.model.as_ref().is_some_and(ModelFile::says_hold);
         problem.loss = self.loss;
         let structure = &problem.structure;
@@ -171,6 +173,26 @@ impl Session {
         };
         prepared.remark();
         Ok(prepared)
+    }
+
+    /// Refuses an effect that cannot be in `records`, unless the whole catalogue is looked through.
+    fn check_effects(&self, structure: &Structure, records: &[Record]) -> Result<()> {
+        let asked = |entry: &&Entry| self.effects.iter().any(|own| own.name == entry.name);
+        let mut effects = self.effects.iter();
+        let idle = effects.find(|entry| entry.on(structure).is_empty());
+        let Some(idle) = idle.filter(|_| !CATALOGUE.iter().all(|entry| asked(entry))) else {
+            return Ok(());
+        };
+        let name = idle.name;
+        let record = records.first().map_or("the record", |record| &record.name);
+        Err(Error::input(
+            format!("--effects, {name}"),
+            format!(
+                "has nothing to act on in {record}; it shows: {}",
+                idle.shows
+            ),
+            format!("leave {name} out, or measure where it shows"),
+        ))
     }
 
     /// What tells results of this session from those of any other, whatever the records.

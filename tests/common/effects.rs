@@ -3,7 +3,7 @@
 use super::{Record, problem};
 use servobee::evaluate::Problem;
 use servobee::model::effects::{CATALOGUE, Effect, Scale, Trial};
-use servobee::model::valve::{Drop, ValveForm};
+use servobee::model::valve::{Drop, Meter, ValveForm};
 use servobee::model::{Hold, Output, Outputs, Parameter, ServoValve, Structure};
 use servobee::rig::{RATED_DROP, Valve};
 
@@ -27,6 +27,32 @@ pub(crate) fn piston() -> Structure {
         .into(),
         ..Structure::actuator(10.0, "V")
     }
+}
+
+/// The same as [`bench`] with the flow measured in the pressure line, and the supply's pressure.
+pub(crate) fn pressure_line() -> Structure {
+    Structure {
+        base: ServoValve::with(ValveForm {
+            drop: Drop::Supply,
+            meter: Meter::Supply,
+            ..ValveForm::linear()
+        })
+        .into(),
+        ..bench()
+    }
+}
+
+/// The three, with every effect in every form that it has there; in the pressure line those that show nowhere else.
+pub(crate) fn everywhere() -> [(Structure, Vec<Effect>); 3] {
+    let usual = all_on(&bench());
+    let mut others = all_on(&pressure_line());
+    others.retain(|effect| !usual.contains(effect));
+    assert!(!others.is_empty());
+    [
+        (bench(), usual),
+        (pressure_line(), others),
+        (piston(), all_on(&piston())),
+    ]
 }
 
 /// Values of the base parameters: a spool that is well damped, a valve of about 60 L/min.
@@ -167,9 +193,9 @@ pub(crate) fn cases() -> Vec<(String, Problem)> {
         let name = format!("{}, trial {number}, {hold:?}, {rows}", names.join(" + "));
         cases.push((name, problem));
     };
-    for base in [bench(), piston()] {
+    for (base, effects) in everywhere() {
         let scale = scale(&base);
-        for (number, effect) in all_on(&base).into_iter().enumerate() {
+        for (number, effect) in effects.into_iter().enumerate() {
             // Each trial with another kind of record, an effect that is late with all of them.
             let trials = effect.trials(&scale).len();
             let count = if effect.entry.name == "delay" {

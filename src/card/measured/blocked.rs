@@ -1,6 +1,6 @@
 //! Pressure gain and internal leakage off records of tests with blocked ports.
 
-use super::reading::{Reading, deviation};
+use super::reading::{Reading, deviation, median};
 use crate::card::blocked::{slope, within};
 use crate::record::{Channel, Record, ends, reversals};
 use std::ops::Range;
@@ -131,16 +131,14 @@ fn leakage(records: &[&Record]) -> Result<Reading, String> {
 
 /// The standard deviation of what changes from row to row, by the median of second differences.
 fn noise(values: &[f64]) -> f64 {
-    let mut second: Vec<f64> = values
+    let second: Vec<f64> = values
         .windows(3)
         .map(|three| (three[0] - 2.0 * three[1] + three[2]).abs())
         .collect();
     if second.is_empty() {
         return 0.0;
     }
-    let middle = second.len() / 2;
-    let median = *second.select_nth_unstable_by(middle, f64::total_cmp).1;
-    median / (MEDIAN_OF_NORMAL * 6f64.sqrt())
+    median(second) / (MEDIAN_OF_NORMAL * 6f64.sqrt())
 }
 
 /// The rows of each way of the command from one turn to the next.

@@ -73,6 +73,16 @@ impl Spread {
     }
 }
 
+/// The median of `values`, of which there is one at least; of two in the middle, their mean.
+pub(super) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    match values.len() % 2 {
+        1 => values[half],
+        _ => 0.5 * (values[half - 1] + values[half]),
+    }
+}
+
 /// The standard deviation of `values`; not a number for fewer than two.
 pub(super) fn deviation(values: &[f64]) -> f64 {
     let count = values.len() as f64;

@@ -1,7 +1,7 @@
 //! The slow cycle as it was measured: the branches of a record whose command goes slowly from one side to the other, each as a
 //! smooth curve over the same commands.
 
-use super::reading::Spread;
+use super::reading::{Spread, median};
 use crate::card::construction::{CycleFigures, line};
 use crate::card::cycle::Cycle;
 use rand::{RngExt, SeedableRng};
@@ -272,23 +272,13 @@ fn pooled(cycles: Vec<Cycle>) -> Cycle {
     let branch = |of: fn(&Cycle) -> &Vec<[f64; 2]>| {
         let point = |(i, point): (usize, &[f64; 2])| {
             let outputs = cycles.iter().map(|cycle| of(cycle)[i][1]);
-            [point[0], middle(outputs.collect())]
+            [point[0], median(outputs.collect())]
         };
         of(&cycles[0]).iter().enumerate().map(point).collect()
     };
     Cycle {
         falling: branch(|cycle| &cycle.falling),
         rising: branch(|cycle| &cycle.rising),
-    }
-}
-
-/// The median; of two, their mean.
-fn middle(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let half = values.len() / 2;
-    match values.len() % 2 {
-        1 => values[half],
-        _ => 0.5 * (values[half - 1] + values[half]),
     }
 }
 

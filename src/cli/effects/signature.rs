@@ -4,8 +4,8 @@ use servobee::Result;
 use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::view::{Excitation, Over, Values, View};
-use servobee::model::effects::{Effect, Scale};
-use servobee::model::valve::ValveForm;
+use servobee::model::effects::{Effect, Entry, Scale};
+use servobee::model::valve::{Meter, ValveForm};
 use servobee::model::{Complete, Output, Outputs, Parameter, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use std::f64::consts::TAU;
@@ -77,18 +77,37 @@ pub(super) struct Signature {
     pub(super) points: Vec<[f64; 2]>,
 }
 
-/// The structure that effects are shown on: spool, flow and position of a piston.
-pub(super) fn bench() -> Structure {
-    Structure {
+/// The structures that effects are shown on: spool, flow and position of a piston; and the same with the flow measured in the
+/// pressure line, for what shows there alone.
+fn benches() -> [Structure; 2] {
+    [Meter::Load, Meter::Supply].map(|meter| Structure {
         observed: vec![Output::Spool, Output::Flow, Output::Position],
-        base: ServoValve::with(ValveForm::linear()).into(),
+        base: ServoValve::with(ValveForm {
+            meter,
+            ..ValveForm::linear()
+        })
+        .into(),
         ..Structure::actuator(FULL_SCALE, "V")
+    })
+}
+
+/// The first of them on which `entry` acts.
+fn bench(entry: &'static Entry) -> Structure {
+    let [usual, other] = benches();
+    match entry.on(&usual).is_empty() {
+        true => other,
+        false => usual,
     }
+}
+
+/// The forms in which `entry` is shown.
+pub(super) fn forms(entry: &'static Entry) -> Vec<Effect> {
+    entry.on(&bench(entry))
 }
 
 /// How large things are on a record of so many seconds; a disturbance would be mains hum.
 pub(super) fn scale(seconds: f64) -> Scale {
-    let structure = bench();
+    let [structure, _] = benches();
     Scale {
         command: FULL_SCALE,
         command_unit: structure.command_unit.clone(),
@@ -111,6 +130,7 @@ pub(super) fn scale(seconds: f64) -> Scale {
 struct Bench {
     base: Vec<Parameter>,
     series: Series,
+    bare: Structure,
     structure: Structure,
 }
 
@@ -121,11 +141,12 @@ impl Bench {
         let volts = time.iter().map(|&time| at(command, time)).collect();
         let channel = (Channel::Command, record::Series::new("V", volts));
         let record = Record::new("bench", time, [channel])?;
-        let structure = bench().with(effect);
+        let bare = bench(effect.entry);
+        let structure = bare.with(effect);
         let mut series = Series::to_simulate(&record, &structure)?;
         let parameters = structure.parameters_at(&scale(seconds(command)));
         series.set_steps(structure.fastest_rate(&parameters), 1);
-        let mut base = bench().parameters();
+        let mut base = bare.parameters();
         for parameter in &mut base {
             let value = VALVE.iter().find(|(name, _)| *name == parameter.name);
             parameter.set_nominal(value.map_or(parameter.nominal(), |value| value.1));
@@ -133,13 +154,14 @@ impl Bench {
         Ok(Self {
             base,
             series,
+            bare,
             structure,
         })
     }
 
     fn without(&self) -> Vec<Outputs<f64>> {
         let values = Complete::nominal(&self.base);
-        outputs(&bench(), &values, &self.series)
+        outputs(&self.bare, &values, &self.series)
     }
 
     fn with(&self, own: &[f64]) -> Vec<Outputs<f64>> {

@@ -30,6 +30,8 @@ pub struct Moment<R> {
     pub opening: R,
     /// Pressure drop from P to T, bar.
     pub drop: R,
+    /// The same over the reference drop: the rated one, or 70 bar where pressures are measured.
+    pub relative_drop: R,
 }
 
 impl<R: Real> Moment<R> {
@@ -40,6 +42,7 @@ impl<R: Real> Moment<R> {
             temperature: input.temperature,
             opening: R::constant(0.0),
             drop: R::constant(0.0),
+            relative_drop: R::constant(0.0),
         }
     }
 }
@@ -119,6 +122,12 @@ pub trait Act<R: Real> {
     /// The effect's states when that flow has long been `flow`.
     #[inline(always)]
     fn settled_supply(&self, _own: &mut [R], _flow: R) {}
+
+    /// What the supply delivers, L/min: asked where the flow is measured in the pressure line, before [`Act::flow`].
+    #[inline(always)]
+    fn delivered(&self, flow: R, _moment: &Moment<R>) -> R {
+        flow
+    }
 
     /// The flow, L/min.
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use super::view::{Excitation, View, looked_at};
 use super::{Act, Action, entry, known};
-use crate::model::valve::Drop;
+use crate::model::valve::{Drop, Meter};
 use crate::model::{Output, Outputs, Parameter, Structure};
 use crate::record::joined;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -182,9 +182,10 @@ pub(super) fn has_lands(structure: &Structure) -> bool {
     has_a_valve(structure) && !structure.has_edges()
 }
 
-/// A valve whose flow is measured; what leaks near null is that of its edges where it has such.
-pub(super) fn leaks_into_the_flow(structure: &Structure) -> bool {
-    has_lands(structure) && shows_a_flow(structure)
+/// A valve whose flow is measured in the pressure line; what leaks near null is that of its edges where it has such.
+pub(super) fn shows_what_is_delivered(structure: &Structure) -> bool {
+    let meter = structure.valve().map(|valve| valve.meter);
+    has_lands(structure) && structure.observes(Output::Flow) && meter == Some(Meter::Supply)
 }
 
 /// A valve whose flow is measured, or moves what is.

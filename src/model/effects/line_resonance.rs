@@ -126,6 +126,7 @@ mod tests {
             temperature: 50.0,
             opening: 3.0,
             drop: 10.0,
+            relative_drop: 1.0,
         };
         assert!((effect.measure(&own, 7.0, &moment) - exact).abs() < 1e-8);
     }

@@ -91,6 +91,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.drawn(own, flow),)* Self::Own(users) => users.0.drawn(own, flow) }
             }
             #[inline(always)]
+            fn delivered(&self, flow: R, moment: &Moment<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.delivered(flow, moment),)* Self::Own(users) => users.0.delivered(flow, moment) }
+            }
+            #[inline(always)]
             fn flow(&self, flow: R, moment: &Moment<R>) -> R {
                 match self { $(Self::$Type(effect) => effect.flow(flow, moment),)* Self::Own(users) => users.0.flow(flow, moment) }
             }
@@ -128,8 +132,8 @@ catalogue! {
     asymmetric_gain::AsymmetricGain,
     gain_curvature::GainCurvature,
     supply_droop::SupplyDroop,
-    viscosity_drift::ViscosityDrift,
     leakage::Leakage,
+    viscosity_drift::ViscosityDrift,
     line_resonance::LineResonance,
     compressibility::Compressibility,
     sensor_lag::SensorLag,

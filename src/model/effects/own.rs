@@ -3,7 +3,7 @@
 use super::act::Act;
 use super::{CATALOGUE, Entry};
 use crate::model::real::reading::{Readings, for_number, reading};
-use crate::model::valve::ValveForm;
+use crate::model::valve::{Meter, ValveForm};
 use crate::model::{Initial, MOST_STATES, Output, Parameter, Real, ServoValve, Structure};
 use crate::{Error, Result};
 use std::fmt;
@@ -133,7 +133,10 @@ fn everything() -> Structure {
         initial: Initial::Free,
         base: ServoValve {
             spool_unit: Some("%".into()),
-            ..ServoValve::with(ValveForm::linear())
+            ..ServoValve::with(ValveForm {
+                meter: Meter::Supply,
+                ..ValveForm::linear()
+            })
         }
         .into(),
         ..Structure::actuator(10.0, "V")

@@ -97,6 +97,7 @@ mod tests {
             temperature: 50.0,
             opening: 3.0,
             drop: 10.0,
+            relative_drop: 1.0,
         };
         // 100 and a quarter turns: the sine alone.
         assert!((effect.measure(&[], 1.0, &moment) - 1.3).abs() < 1e-9);

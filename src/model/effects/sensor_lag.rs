@@ -86,6 +86,7 @@ mod tests {
             temperature: 50.0,
             opening: 3.0,
             drop: 10.0,
+            relative_drop: 1.0,
         };
         let exact = 0.4 - 0.02 * (1.0 - (-20.0f64).exp());
         assert!((effect.measure(&own, 0.4, &moment) - exact).abs() < 1e-6);

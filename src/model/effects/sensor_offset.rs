@@ -65,6 +65,7 @@ mod tests {
             temperature: 50.0,
             opening: 3.0,
             drop: 10.0,
+            relative_drop: 1.0,
         };
         assert_eq!(effect.measure(&[], 1.0, &moment), 0.75);
     }

@@ -79,6 +79,7 @@ mod tests {
             temperature: 50.0,
             opening: 3.0,
             drop: 10.0,
+            relative_drop: 1.0,
         };
         assert!((effect.flow(30.0, &moment) - 30.0 * 1.04).abs() < 1e-12);
     }

@@ -70,7 +70,10 @@ impl ModelFile {
             return refuse(
                 &["effects"],
                 format!("{idle} has nothing to act on in this structure"),
-                "delete it, or observe what it acts on",
+                &format!(
+                    "delete it, or observe what it acts on; it shows: {}",
+                    idle.entry.shows
+                ),
             );
         }
         if let Some(form) = &structure.free_form {

@@ -105,14 +105,9 @@ pub(super) fn bound(
 
 /// What is taken for granted of `records` with blocked ports, and what they leave open.
 pub(super) fn remarks(structure: &Structure, records: &[Record]) -> Vec<String> {
-    let blocked = records.iter().find(|record| record.has_blocked_ports());
-    let taken = blocked.map(|record| {
-        let responses: Vec<&str> = record.responses().into_iter().map(Channel::name).collect();
-        format!(
-            "{} is taken for a test with the ports A and B blocked: it measures {}",
-            record.name,
-            responses.join(", ")
-        )
+    let taken = records.iter().filter_map(|record| {
+        let blocked = record.blocked_ports()?;
+        Some(format!("{}: {blocked}", record.name))
     });
     let alone = [Output::PressureA, Output::PressureB].map(|output| structure.observes(output));
     // Exchanged like that, the pressure at A is as far above the tank's as that at B was below the supply's.
@@ -121,5 +116,5 @@ pub(super) fn remarks(structure: &Structure, records: &[Record]) -> Vec<String> 
          P-B, and nothing that was measured changes. Which is which is not determined"
             .into()
     });
-    taken.into_iter().chain(exchanged).collect()
+    taken.chain(exchanged).collect()
 }

@@ -12,7 +12,7 @@ use crate::model::actuator::Actuator;
 use crate::model::declare::Declare;
 use crate::model::effects::{Moment, Motion, Port};
 use crate::model::ports::Ports;
-use crate::model::valve::{Drop, Pressures, Valve, ValveForm};
+use crate::model::valve::{Drop, Meter, Pressures, Valve, ValveForm};
 use crate::model::{Initial, Input, Output, Outputs, Pace, Parameter, Real, Structure};
 use crate::record::Channel;
 use serde::{Deserialize, Serialize};
@@ -294,10 +294,12 @@ pub struct ServoValveEquations<R> {
     observes_blocked_ports: bool,
 }
 
-/// Spool, opening and flow at one instant, the flow before what the flow port's effects add, and what supplies it.
+/// Spool, opening and flows at one instant: what the meter shows, what moves a load, and what is drawn from the supply; and what
+/// supplies it.
 struct Path<R> {
     spool: R,
     flow: R,
+    load: R,
     drawn: R,
     pressures: Option<Pressures<R>>,
     moment: Moment<R>,
@@ -346,7 +348,7 @@ impl<R: Real> ServoValveEquations<R> {
                 };
                 let spool = ports.place(self.spool(state, input), speed);
                 let mut opening = spool;
-                let (mut flow, mut drop) = (zero, zero);
+                let (mut flows, mut drop, mut relative_drop) = (None, zero, zero);
                 let mut supplied = None;
                 if let Some(valve) = &self.valve {
                     opening = (spool * R::constant(100.0 / self.full_opening)).named("opening");
@@ -354,9 +356,13 @@ impl<R: Real> ServoValveEquations<R> {
                     (opening, pressures.supply) =
                         ports.opening_and_supply(state, opening, pressures.supply);
                     drop = pressures.supply - pressures.tank;
+                    relative_drop = match valve.rated_drop() {
+                        Some(rated) => drop / rated,
+                        None => drop * R::constant(1.0 / REFERENCE_DROP),
+                    };
                     opening = ports.corrected_opening(opening);
                     if with_flow {
-                        flow = valve.flow_from(opening, &pressures).named("flow");
+                        flows = Some((valve.meter(), valve.flows_from(opening, &pressures)));
                     }
                     supplied = Some(pressures);
                 }
@@ -365,11 +371,22 @@ impl<R: Real> ServoValveEquations<R> {
                     temperature: input.temperature,
                     opening,
                     drop,
+                    relative_drop,
                 };
+                let (drawn, load) = match flows {
+                    Some((Meter::Load, flows)) => (flows.load().named("flow"), None),
+                    Some((Meter::Supply, flows)) => {
+                        let drawn = flows.supply().named("flow");
+                        (ports.delivered(drawn, &moment), Some(flows.load()))
+                    }
+                    None => (zero, None),
+                };
+                let flow = ports.flow(drawn, &moment);
                 Path {
                     spool,
-                    flow: ports.flow(flow, &moment),
-                    drawn: flow,
+                    flow,
+                    load: load.map_or(flow, |load| ports.flow(load, &moment)),
+                    drawn,
                     pressures: supplied,
                     moment,
                 }
@@ -382,12 +399,9 @@ impl<R: Real> ServoValveEquations<R> {
     fn load(&self, path: &Path<R>) -> R {
         match &self.valve {
             None => path.spool,
-            Some(valve) => {
+            Some(_) => {
                 let opening = path.moment.opening * R::constant(0.01 * self.full_opening);
-                match valve.rated_drop() {
-                    Some(rated) => opening * (path.moment.drop / rated),
-                    None => opening * (path.moment.drop * R::constant(1.0 / REFERENCE_DROP)),
-                }
+                opening * path.moment.relative_drop
             }
         }
     }
@@ -509,7 +523,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                     slope[SPOOL] = ports.speed(speed);
                 }
                 if let Some(speed) = self.piston_speed {
-                    *self.position(slope) = speed * path.flow;
+                    *self.position(slope) = speed * path.load;
                 }
                 ports.drawn(state, path.drawn, slope);
             },

@@ -458,6 +458,7 @@ mod tests {
             fit: nothing.clone(),
             hold_out: nothing,
             scale: Outputs::all(1.0),
+            loss: None,
             noise: BTreeMap::new(),
             sizes,
             base,

@@ -5,6 +5,7 @@ mod batch;
 mod comparison;
 mod csv;
 mod document;
+mod effects;
 #[doc(hidden)]
 pub mod explain;
 mod findings;
@@ -31,6 +32,7 @@ pub use comparison::{
 #[doc(hidden)]
 pub use csv::csv_cell;
 pub use document::{Document, SCHEMA};
+pub use effects::{EffectReport, effects_json};
 pub use findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport, Knot,
     RemainingReport,

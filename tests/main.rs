@@ -26,6 +26,7 @@ mod inspect;
 mod limits;
 mod loggers;
 mod mat;
+mod matlab;
 mod model_file;
 mod numbers;
 mod output;

@@ -6,9 +6,9 @@ use super::plot::scatter;
 use super::table::{number, table};
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use comfy_table::{ContentArrangement, Table, presets};
-use serde_json::{Value, json};
 use servobee::model::Output;
 use servobee::model::effects::{CATALOGUE, Effect, Entry};
+use servobee::report::effects_json;
 use servobee::{Error, Result};
 use signature::Signature;
 use std::io::IsTerminal;
@@ -50,24 +50,12 @@ fn names() -> PossibleValuesParser {
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.name {
         None if arguments.json => {
-            tell!("{:#}", CATALOGUE.iter().map(described).collect::<Value>())
+            tell!("{}", effects_json())
         }
         None => tell!("{}", list()),
         Some(name) => tell!("{}", explain(name)?),
     }
     Ok(())
-}
-
-fn described(entry: &&'static Entry) -> Value {
-    json!({
-        "name": entry.name,
-        "port": entry.port,
-        "summary": entry.summary,
-        "equation": entry.equation,
-        "shows": entry.shows,
-        "confused": entry.confused,
-        "source": entry.source,
-    })
 }
 
 /// Rows of text below heads, wrapped.

@@ -1,9 +1,9 @@
 //! `servobee export`.
 
 use super::colour;
-use servobee::export::{Model, c, fmu, modelica, simscape};
+use servobee::Result;
+use servobee::export::{Format, Model};
 use servobee::report::{ModelFile, OutputFile};
-use servobee::{Error, Result};
 use std::path::PathBuf;
 
 /// Exports a model for other tools
@@ -29,33 +29,16 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let path = &arguments.out;
-    let ending = path.extension().and_then(|ending| ending.to_str());
-    let Some(format @ ("fmu" | "mo" | "m" | "c")) = ending else {
-        return Err(Error::input(
-            format!("--out {}", path.display()),
-            "its ending names no format",
-            "end the name in .fmu, .mo, .m or .c",
-        ));
-    };
+    let format = Format::of(path)?;
     let file = ModelFile::read(&arguments.model)?;
     let structure = file.complete_structure()?;
     let parameters = file.parameters(structure.parameters())?;
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let model = Model::new(&stem, structure, parameters);
     let output = OutputFile::create(path, arguments.force)?;
-    match format {
-        "fmu" => {
-            let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
-            let fmu = fmu::fmu(&model, &compiler)?;
-            if let Some(why) = fmu.without_binary {
-                colour::warning(format_args!(
-                    "the FMU has its C sources but no binary: {why}"
-                ));
-            }
-            output.finish_bytes(&fmu.bytes)
-        }
-        "mo" => output.finish(&modelica::modelica(&model)),
-        "m" => output.finish(&simscape::script(&model)),
-        _ => output.finish(&c::program(&model)),
+    let (bytes, said) = format.export(&model)?;
+    if let Some(said) = said {
+        colour::warning(said);
     }
+    output.finish_bytes(&bytes)
 }

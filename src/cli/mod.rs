@@ -17,6 +17,7 @@ mod export;
 mod identify;
 mod inspect;
 mod interrupt;
+mod matlab;
 mod options;
 mod plot;
 mod reading;
@@ -49,6 +50,7 @@ enum Command {
     Datasheet(datasheet::Arguments),
     Simulate(simulate::Arguments),
     Export(export::Arguments),
+    Matlab(matlab::Arguments),
     Synthesize(synthesize::Arguments),
     Scorecard(scorecard::Arguments),
     Effects(effects::Arguments),
@@ -73,6 +75,7 @@ pub(crate) fn run() -> Result<()> {
         Command::Datasheet(arguments) => datasheet::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
+        Command::Matlab(arguments) => matlab::run(&arguments),
         Command::Synthesize(arguments) => synthesize::run(&arguments),
         Command::Scorecard(arguments) => scorecard::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),

@@ -15,7 +15,7 @@ use super::statistics::bootstrap::{Improvement, improvement};
 use super::statistics::noise::Noise;
 use super::verdict::{Criteria, Verdict};
 use crate::Result;
-use crate::evaluate::problem::{Data, Series};
+use crate::evaluate::problem::Series;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Output, Outputs};
@@ -40,19 +40,15 @@ pub fn identify(
     options: &Options,
     progress: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Identified> {
+    let base = problem.first_fit();
     let IdentificationProblem {
-        structure,
-        parameters,
         sizes,
         measurements,
         hold_known,
-        loss,
+        ..
     } = problem;
+    let mut problem = base;
     let mut stage = Stage::new(progress, plan.memory.interrupt());
-    let data = Data::Series(measurements.fit.clone());
-    let mut problem = Problem::new(structure, parameters, data);
-    problem.scale = Outputs::from_fn(|output| 1.0 / variance(&measurements.fit, output));
-    problem.loss = loss;
     stage.begins("base model");
     let found = fit_and_hop(&problem, evaluator, plan, &mut |done| {
         stage.generation(done)

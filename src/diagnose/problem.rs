@@ -1,10 +1,12 @@
 //! The problem of a diagnosis: a base model, the measurements that it shall follow, and the effects that may be added to it.
 
+use super::fitted::variance;
 use super::measurements::{Cut, Measurements};
 use crate::Result;
-use crate::evaluate::{OwnLoss, parameters_for, scale_of, structure_for};
+use crate::evaluate::problem::Data;
+use crate::evaluate::{OwnLoss, Problem, parameters_for, scale_of, structure_for};
 use crate::model::effects::{Effect, Entry, Scale};
-use crate::model::{Parameter, Structure};
+use crate::model::{Outputs, Parameter, Structure};
 use crate::record::Record;
 
 /// A base model, and the measurements that it shall follow.
@@ -60,6 +62,17 @@ impl IdentificationProblem {
             hold_known: true,
             loss: None,
         })
+    }
+
+    /// What is fitted first: the base model, on the records that are not held out, in which each channel counts by how much it
+    /// varies.
+    pub fn first_fit(&self) -> Problem {
+        let records = &self.measurements.fit;
+        let data = Data::Series(records.clone());
+        let mut problem = Problem::new(self.structure.clone(), self.parameters.clone(), data);
+        problem.scale = Outputs::from_fn(|output| 1.0 / variance(records, output));
+        problem.loss = self.loss;
+        problem
     }
 }
 

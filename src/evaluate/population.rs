@@ -29,6 +29,20 @@ impl Population {
         }
     }
 
+    /// The population whose `values` are those of one candidate of `dimension` values after another.
+    ///
+    /// # Panics
+    /// If they are no whole number of candidates.
+    pub fn of(dimension: usize, values: Vec<f64>) -> Self {
+        let count = values.len() / dimension.max(1);
+        assert_eq!(count * dimension, values.len(), "a candidate is cut off");
+        Self {
+            dimension,
+            count,
+            values,
+        }
+    }
+
     /// Adds a candidate.
     ///
     /// # Panics

@@ -2,10 +2,12 @@
 
 pub mod c;
 pub mod fmu;
+mod format;
 pub mod modelica;
 pub mod simscape;
 mod variable;
 
+pub use format::Format;
 pub use variable::{Input, inputs};
 
 use crate::model::{Parameter, Structure};

@@ -6,6 +6,7 @@ mod comparison;
 mod csv;
 mod document;
 mod edition;
+mod effects;
 #[doc(hidden)]
 pub mod explain;
 mod findings;
@@ -34,6 +35,7 @@ pub use comparison::{
 pub use csv::csv_cell;
 pub use document::{Document, SCHEMA};
 pub use edition::{Edition, Language, Units};
+pub use effects::{EffectReport, effects_json};
 pub use findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport, Knot,
     RemainingReport,

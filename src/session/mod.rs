@@ -6,14 +6,18 @@
 //! The first page of this crate's documentation has one; `examples/own.rs` another, with an evaluator, a loss, a search and an
 //! effect that somebody else has written.
 
+mod batch;
 mod compared;
 mod diagnosed;
 mod files;
 mod prepared;
+mod simulated;
 
+pub use batch::{RunningBatch, found};
 pub use compared::{Compared, Pair};
 pub use diagnosed::Diagnosed;
 pub use prepared::Prepared;
+pub use simulated::{Simulated, SimulatedChannel};
 
 use crate::card::{Accuracy, Measured};
 use crate::diagnose::{self, Cut, IdentificationProblem};

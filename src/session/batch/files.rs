@@ -1,12 +1,15 @@
 //! The files of a batch, and the folders of their reports.
 
-use servobee::report::Journal;
-use servobee::{Error, Result};
+use crate::report::Journal;
+use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// The files that are named, and those of the folders that are, each once and in order; none that lies in `out` or is hidden.
-pub(super) fn found(named: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
+///
+/// # Errors
+/// A folder that cannot be read; there is no file.
+pub fn found(named: &[PathBuf], out: &Path) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     // A folder that is not there yet holds nothing.
     let out = out.canonicalize().ok();
@@ -61,6 +64,7 @@ fn add(folder: &Path, out: Option<&Path>, files: &mut Vec<PathBuf>) -> Result<()
 }
 
 /// The folders of reports that are taken, by the file that has each.
+#[derive(Debug)]
 pub(super) struct Folders(BTreeMap<String, String>);
 
 impl Folders {

@@ -186,6 +186,10 @@ fn every_number_with_a_unit_of_flow_pressure_or_length_is_told_in_those_that_wer
     let [old, new] = [&metric.page, &us.page].map(|page| texts(page));
     assert_eq!(old.len(), new.len());
     let changed = |(old, new): &(&String, &String)| {
+        // When it was computed, and how long that took.
+        if old.starts_with("20") && old.ends_with(" s") {
+            return false;
+        }
         let metric = FACTORS.iter().any(|(unit, _, _)| has_unit(old, unit));
         let alone = old.parse::<f64>().is_ok() || old.contains(" … ");
         assert_eq!(
@@ -403,7 +407,7 @@ fn a_german_page_has_no_english_text() {
     ];
     page(&call, "batch/index.html");
     page(
-        &["datasheet", "--case", "two-amplitude", "--out", "sheet"],
+        &["datasheet", "--case", "step", "--out", "sheet"],
         "sheet/report.html",
     );
 }

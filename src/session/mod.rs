@@ -184,7 +184,7 @@ impl Session {
         let asked = |entry: &&Entry| self.effects.iter().any(|own| own.name == entry.name);
         let mut effects = self.effects.iter();
         let idle = effects.find(|entry| entry.on(structure).is_empty());
-        let Some(idle) = idle.filter(|_| !CATALOGUE.iter().all(|entry| asked(entry))) else {
+        let Some(idle) = idle.filter(|_| !CATALOGUE.iter().all(asked)) else {
             return Ok(());
         };
         let name = idle.name;

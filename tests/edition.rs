@@ -1,5 +1,6 @@
 //! How people are told a result: in which units and in which words. What programs read does not depend on it.
 
+use crate::browser::Browser;
 use crate::html::assert_well_formed;
 use crate::program::{BENCH, printed, refused, servobee};
 use servobee::rig::Setup;
@@ -233,7 +234,7 @@ fn units_that_are_none_are_refused_before_anything_is_computed() {
 }
 
 #[test]
-fn a_comparison_a_batch_and_a_datasheet_are_told_in_those_units_too() {
+fn a_comparison_a_batch_and_a_datasheet_are_told_and_printed_in_those_units_too() {
     let folder = tempfile::tempdir().unwrap();
     create_dir(folder.path().join("in")).unwrap();
     for (seed, name) in [(1, "before.csv"), (2, "after.csv")] {
@@ -245,11 +246,15 @@ fn a_comparison_a_batch_and_a_datasheet_are_told_in_those_units_too() {
         let text = setup.record().unwrap().to_csv();
         write(folder.path().join("in").join(name), text).unwrap();
     }
+    let browser = Browser::find();
     let page = |call: &[&str], name: &str| {
         let us = [call, &["--units", "us", "--evaluator", "cpu"]].concat();
         printed(&servobee(folder.path(), &us));
         let page = read_to_string(folder.path().join(name)).unwrap();
         assert_us(&page, name);
+        if let Some(browser) = &browser {
+            browser.assert_prints(&page, name);
+        }
         page
     };
     let none = ["--effects", "none"];
@@ -314,8 +319,9 @@ fn assert_german(page: &str, place: &str) {
 }
 
 #[test]
-fn a_german_page_has_no_english_text() {
+fn a_german_page_has_no_english_text_and_fits_on_paper() {
     let folder = folder();
+    let browser = Browser::find();
     let limits = "rated_flow = \"57 .. 63 L/min\"\nhysteresis = \"<= 3 %\"\n";
     write(folder.path().join("limits.toml"), limits).unwrap();
     let page = |call: &[&str], name: &str| {
@@ -323,6 +329,9 @@ fn a_german_page_has_no_english_text() {
         servobee(folder.path(), &german);
         let page = read_to_string(folder.path().join(name)).unwrap();
         assert_german(&page, name);
+        if let Some(browser) = &browser {
+            browser.assert_prints(&page, name);
+        }
         page
     };
     let call = [

@@ -4,6 +4,7 @@ use crate::browser;
 use crate::browser::{Browser, Shown};
 use crate::program::{BENCH, printed, servobee, servobee_with};
 use std::fs::{copy, create_dir, read_to_string, write};
+use std::panic::catch_unwind;
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -467,6 +468,12 @@ fn the_browser_test_sees_what_is_wrong() {
         false,
     );
     assert_eq!(on_top.plots[0].overlaps.len(), 1, "{:?}", on_top.plots);
+    let long = page(&"<p style=\"height:900px\">a sheet</p>".repeat(3));
+    assert_eq!(browser.sheets(&long), 3);
+    let wide = "<style>@media print { p { width: 900px } }</style><p>wide on paper</p>";
+    let refused = catch_unwind(|| browser.assert_prints(&page(wide), "planted"));
+    let told = *refused.unwrap_err().downcast::<String>().unwrap();
+    assert!(told.contains("planted: "), "{told}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use std::ffi::OsString;
-use std::fs::{metadata, write};
+use std::fs::{metadata, read, write};
 use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -14,6 +14,13 @@ const NAMES: [&str; 4] = [
     "google-chrome",
     "google-chrome-stable",
 ];
+
+/// How the style of a page says what holds on paper.
+const PRINT: &str = "@media print {";
+/// How wide A4 is between margins of 14 mm, in pixels of 1/96 inch.
+const A4_WIDE: u32 = 688;
+/// What nobody wants to print more than.
+const MOST_SHEETS: usize = 15;
 
 /// Writes into the page what is where on it.
 const MEASURE: &str = r#"<script>
@@ -158,6 +165,43 @@ impl Browser {
             ],
         );
         metadata(&picture).expect("a picture").len()
+    }
+
+    /// On paper as narrow as A4 nothing of `page` is cut off, and on Letter, which is shorter, it takes a few sheets.
+    pub(crate) fn assert_prints(&self, page: &str, place: &str) {
+        assert!(page.contains(PRINT), "{place}: no layout for paper");
+        let shown = self.show(&page.replace(PRINT, "@media all {"), A4_WIDE, false);
+        let wide = shown.content;
+        assert!(
+            wide <= shown.window,
+            "{place}: {wide} pixels on paper of {A4_WIDE}"
+        );
+        for plot in &shown.plots {
+            assert!(plot.width <= shown.window, "{place}: {plot:?}");
+            assert!(
+                plot.outside.is_empty() && plot.overlaps.is_empty(),
+                "{place}: {plot:?}"
+            );
+        }
+        let sheets = self.sheets(page);
+        assert!(
+            (1..=MOST_SHEETS).contains(&sheets),
+            "{place}: {sheets} sheets"
+        );
+    }
+
+    /// On how many sheets of Letter, which is what a browser without a screen takes, `page` is printed.
+    pub(crate) fn sheets(&self, page: &str) -> usize {
+        let folder = TempDir::new().unwrap();
+        write(folder.path().join("page.html"), page).unwrap();
+        let file = folder.path().join("page.pdf");
+        self.run(
+            folder.path(),
+            &[&format!("--print-to-pdf={}", file.display())],
+        );
+        let text = String::from_utf8_lossy(&read(&file).expect("a file to print")).into_owned();
+        let pages = text.split("/Type /Page").skip(1);
+        pages.filter(|rest| !rest.starts_with('s')).count()
     }
 
     fn run(&self, folder: &Path, arguments: &[&str]) -> Output {

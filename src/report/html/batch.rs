@@ -185,7 +185,8 @@ fn panel(batch: &Batch, figure: &NamedValue) -> Panel {
     Panel {
         title: capitalised(&figure.label),
         size: (300, 180),
-        x: Axis::from_to("record", 0.0, batch.rows.len() as f64 + 1.0),
+        // No tick stands where there is no record.
+        x: Axis::from_to("record", 0.4, batch.rows.len() as f64 + 0.6),
         y: Axis::over(format!("[{}]", figure.unit), extent),
         marks,
     }

@@ -1,4 +1,4 @@
-//! From the held command to what the spool's loop gets: delay, gain, null bias and hysteresis.
+//! From the held command to what the spool's loop gets: delay, a limit of its speed, gain, null bias and hysteresis.
 
 use super::filter::runge_kutta;
 use super::planted::{Form, Kind, Planted, find, value};
@@ -8,6 +8,7 @@ pub(super) struct Electronics {
     dc_gain: f64,
     null_bias: f64,
     pade: Option<Pade>,
+    ramp: Option<Ramp>,
     hysteresis: Option<Hysteresis>,
 }
 
@@ -20,6 +21,10 @@ impl Electronics {
             dc_gain,
             null_bias,
             pade: find(planted, Kind::Delay, Form::Pade).map(|p| Pade::new(p.value, command)),
+            ramp: find(planted, Kind::SlewLimit, Form::Command).map(|p| Ramp {
+                limit: p.value,
+                output: command,
+            }),
             hysteresis: Hysteresis::planted(planted, dc_gain * command + null_bias),
         }
     }
@@ -29,6 +34,10 @@ impl Electronics {
         let entering = match &mut self.pade {
             Some(pade) => pade.step(command, h),
             None => [command; 2],
+        };
+        let entering = match &mut self.ramp {
+            Some(ramp) => ramp.step(entering[1], h),
+            None => entering,
         };
         entering.map(|u| {
             let u = self.dc_gain * u + self.null_bias;
@@ -40,6 +49,21 @@ impl Electronics {
 /// How late the command arrives, s: the exact delay. A held command stays held, only later.
 pub(super) fn exact_delay(planted: &[Planted]) -> f64 {
     value(planted, Kind::Delay)
+}
+
+/// The ramp generator of an amplifier: y follows the command no faster than the limit.
+struct Ramp {
+    limit: f64,
+    output: f64,
+}
+
+impl Ramp {
+    fn step(&mut self, command: f64, h: f64) -> [f64; 2] {
+        let start = self.output;
+        let most = self.limit * h;
+        self.output += (command - start).clamp(-most, most);
+        [start, self.output]
+    }
 }
 
 /// The approximant (1 − θs/2 + θ²s²/12) / (1 + θs/2 + θ²s²/12) of a delay θ.
@@ -199,6 +223,15 @@ mod tests {
             }
             assert!((y - last).abs() < 1e-12, "{to}: {y} {last}");
             from = to;
+        }
+    }
+
+    #[test]
+    fn a_ramp_follows_the_command_no_faster_than_its_limit() {
+        let mut path = path("slew_limit~command=100");
+        let ends: Vec<f64> = (0..4).map(|_| path.step(0.25, 1e-3)[1]).collect();
+        for (end, expected) in ends.iter().zip([0.1, 0.2, 0.25, 0.25]) {
+            assert!((end - expected).abs() < 1e-12, "{ends:?}");
         }
     }
 

@@ -70,6 +70,10 @@ pub enum Form {
     Smooth,
     /// A limit on z' instead of x': in effect a smaller saturation S.
     Integrator,
+    /// A limit, a friction or a force on z − x behind the integrator of the loop, which goes on and winds up.
+    Windup,
+    /// A limit on the speed of the command.
+    Command,
     /// Friction after Dahl.
     Dahl,
     /// Friction after Canudas de Wit and others, LuGre.
@@ -94,6 +98,8 @@ impl Form {
             Self::Preisach => "preisach",
             Self::Smooth => "smooth",
             Self::Integrator => "integrator",
+            Self::Windup => "windup",
+            Self::Command => "command",
             Self::Dahl => "dahl",
             Self::Lugre => "lugre",
             Self::Clipped => "clipped",
@@ -160,16 +166,17 @@ impl Kind {
                 &[Form::BoucWen, Form::Preisach], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
-                &[Form::Smooth, Form::Integrator], &[]),
+                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command], &[]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
-                &[Form::Dahl, Form::Lugre], &[
-                    ("excess", f64::NAN, &[Form::Usual, Form::Lugre]),
+                &[Form::Dahl, Form::Lugre, Form::Windup], &[
+                    ("excess", f64::NAN, &[Form::Usual, Form::Lugre, Form::Windup]),
                     ("stribeck", 5.0, &[Form::Usual, Form::Lugre]),
                     ("width", 0.05, &[Form::Dahl, Form::Lugre]),
                 ]),
-            Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1, &[], &[]),
+            Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1,
+                &[Form::Windup], &[]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
-                &[Form::Clipped, Form::Soft], &[("stiffness", 20.0, &[Form::Soft])]),
+                &[Form::Clipped, Form::Soft, Form::Windup], &[("stiffness", 20.0, &[Form::Soft])]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
                 &[Form::Rounded], &[("width", f64::NAN, &[Form::Rounded])]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),

@@ -11,12 +11,14 @@ use super::valve::Valve;
 /// x' = v        T v' = K sat(u - x, ±S) - v
 /// ```
 ///
-/// Each effect takes its part from the drive, that is from sat(u − x), or limits x or v.
+/// Each effect takes its part from the drive, that is from sat(u − x), or limits x or v. One that winds up acts behind the
+/// integrator of the loop instead: x' = f(w), z' = K sat(u − x), where w = (z − x)/T stands in the place of v.
 pub(super) struct Spool {
     valve: Valve,
     speed: Speed,
     friction: Friction,
     flow_force: f64,
+    flow_force_behind: f64,
     stop: Stop,
     quadratic_damping: f64,
     amplitude_gain: f64,
@@ -34,6 +36,8 @@ enum Speed {
     Smooth(f64),
     /// |z'| ≤ limit.
     Integrator(f64),
+    /// |x'| ≤ limit, and z goes on: a pilot stage that delivers no more (Merritt 1967).
+    Windup(f64),
 }
 
 enum Friction {
@@ -45,6 +49,14 @@ enum Friction {
         excess: f64,
         stribeck: f64,
         /// Zero while it sticks, otherwise the sign of v.
+        direction: f64,
+    },
+    /// z − x loses F sign(x'), and the spool sticks until it exceeds F and the excess: an overdamped spool with Coulomb
+    /// friction and stiction under a loop that integrates (Olsson et al. 1998).
+    Windup {
+        coulomb: f64,
+        excess: f64,
+        /// Zero while it sticks, otherwise the sign of x'.
         direction: f64,
     },
     /// Bristles: the drive loses F ζ, ζ' = (v − |v| ζ F / g(v)) / width, g as F of the other. Dahl's has no excess.
@@ -60,6 +72,8 @@ enum Stop {
     None,
     /// |x| ≤ limit, where it hits v becomes zero.
     Hard(f64),
+    /// |x| ≤ limit, and z goes on.
+    Windup(f64),
     /// The drive loses stiffness · (x − limit) beyond the limit.
     Soft {
         limit: f64,
@@ -91,6 +105,13 @@ impl Friction {
                 direction: 0.0,
             };
         }
+        if let Some(p) = of(Form::Windup) {
+            return Self::Windup {
+                coulomb: p.value,
+                excess: p.key("excess").unwrap_or(0.0),
+                direction: 0.0,
+            };
+        }
         let dahl = of(Form::Dahl).map(|p| bristles(p, 0.0));
         let lugre = || of(Form::Lugre).map(|p| bristles(p, 0.4));
         dahl.or_else(lugre).unwrap_or(Self::None)
@@ -107,28 +128,28 @@ impl Spool {
     ) -> Self {
         let limit = |kind, form| find(planted, kind, form).map(|p| p.value);
         let slew = |form| limit(Kind::SlewLimit, form);
-        let speed = match (
-            slew(Form::Usual),
-            slew(Form::Smooth),
-            slew(Form::Integrator),
-        ) {
-            (Some(limit), _, _) => Speed::Limited(limit),
-            (_, Some(limit), _) => Speed::Smooth(limit),
-            (_, _, Some(limit)) => Speed::Integrator(limit),
-            _ => Speed::Free,
-        };
-        let stop = match find(planted, Kind::StrokeLimit, Form::Soft) {
-            Some(p) => Stop::Soft {
-                limit: p.value,
-                stiffness: p.key("stiffness").unwrap_or(1.0),
-            },
-            None => limit(Kind::StrokeLimit, Form::Usual).map_or(Stop::None, Stop::Hard),
-        };
+        let usual = slew(Form::Usual).map(Speed::Limited);
+        let speed = usual
+            .or_else(|| slew(Form::Smooth).map(Speed::Smooth))
+            .or_else(|| slew(Form::Integrator).map(Speed::Integrator))
+            .or_else(|| slew(Form::Windup).map(Speed::Windup))
+            .unwrap_or(Speed::Free);
+        let soft = find(planted, Kind::StrokeLimit, Form::Soft).map(|p| Stop::Soft {
+            limit: p.value,
+            stiffness: p.key("stiffness").unwrap_or(1.0),
+        });
+        let stroke = |form| limit(Kind::StrokeLimit, form);
+        let stop = soft
+            .or_else(|| stroke(Form::Usual).map(Stop::Hard))
+            .or_else(|| stroke(Form::Windup).map(Stop::Windup))
+            .unwrap_or(Stop::None);
         Self {
             valve,
             speed,
             friction: Friction::planted(planted),
             flow_force: value(planted, Kind::FlowForce),
+            flow_force_behind: find(planted, Kind::FlowForce, Form::Windup)
+                .map_or(0.0, |p| p.value),
             stop,
             quadratic_damping: strength(outsiders, Oddity::QuadraticDamping),
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
@@ -148,7 +169,17 @@ impl Spool {
     pub(super) fn step(&mut self, command: [f64; 2], drop: f64, h: f64) {
         match self.friction {
             Friction::Coulomb { .. } => self.step_with_sticking(command, drop, h),
-            _ => self.state = self.moved(self.state, command, drop, 0.0, h),
+            _ => {
+                let direction = self.slip();
+                self.state = self.moved(self.state, command, drop, direction, h);
+            }
+        }
+        if let Stop::Windup(limit) = self.stop
+            && self.state[0].abs() > limit
+        {
+            let lead = self.state[0] + self.valve.time_constant * self.state[1];
+            self.state[0] = limit.copysign(self.state[0]);
+            self.state[1] = (lead - self.state[0]) / self.valve.time_constant;
         }
         if let Stop::Hard(limit) = self.stop
             && self.state[0].abs() >= limit
@@ -162,6 +193,60 @@ impl Spool {
                 }
             }
         }
+    }
+
+    /// The direction in which a spool moves that can stick behind the integrator, zero where it sticks.
+    fn slip(&mut self) -> f64 {
+        let Friction::Windup {
+            coulomb,
+            excess,
+            direction,
+        } = &mut self.friction
+        else {
+            return 0.0;
+        };
+        let ahead = self.valve.time_constant * self.state[1];
+        let needed = match *direction == ahead.signum() {
+            true => *coulomb,
+            false => *coulomb + *excess,
+        };
+        *direction = if ahead.abs() > needed {
+            ahead.signum()
+        } else {
+            0.0
+        };
+        *direction
+    }
+
+    /// x' for z − x = T w.
+    fn speed(&self, x: f64, w: f64, drop: f64, direction: f64) -> f64 {
+        let w = w - self.flow_force_behind * x * drop / self.valve.time_constant;
+        let w = match self.friction {
+            Friction::Windup { coulomb, .. } => {
+                let slides = direction * w - coulomb / self.valve.time_constant;
+                direction * slides.max(0.0)
+            }
+            _ => w,
+        };
+        if let Stop::Windup(limit) = self.stop
+            && x.abs() >= limit
+            && w * x > 0.0
+        {
+            return 0.0;
+        }
+        match self.speed {
+            Speed::Limited(limit) | Speed::Windup(limit) => w.clamp(-limit, limit),
+            Speed::Smooth(limit) => w / (1.0 + (w / limit).powi(4)).sqrt().sqrt(),
+            _ => w,
+        }
+    }
+
+    /// Whether anything acts on z − x, so that the lag is between z and what x' makes of it.
+    fn winds_up(&self) -> bool {
+        self.flow_force_behind != 0.0
+            || matches!(self.friction, Friction::Windup { .. })
+            || matches!(self.stop, Stop::Windup(_))
+            || matches!(self.speed, Speed::Windup(_))
     }
 
     fn step_with_sticking(&mut self, command: [f64; 2], drop: f64, h: f64) {
@@ -233,12 +318,13 @@ impl Spool {
         direction: f64,
         h: f64,
     ) -> [f64; 3] {
+        let winds_up = self.winds_up();
         let mut end = runge_kutta(state, h, |[x, v, bristles], share| {
             let u = command[0] + share * (command[1] - command[0]);
             let mut drive = self.drive(x, u, drop);
             let mut bend = 0.0;
             match self.friction {
-                Friction::None => {}
+                Friction::None | Friction::Windup { .. } => {}
                 Friction::Coulomb {
                     coulomb,
                     excess,
@@ -257,12 +343,9 @@ impl Spool {
                 }
             }
             let gain = self.valve.gain * outsider::amplitude_gain(self.amplitude_gain, x);
-            let drag = v + outsider::quadratic_drag(self.quadratic_damping, v);
-            let speed = match self.speed {
-                Speed::Limited(limit) => v.clamp(-limit, limit),
-                Speed::Smooth(limit) => v / (1.0 + (v / limit).powi(4)).sqrt().sqrt(),
-                _ => v,
-            };
+            let speed = self.speed(x, v, drop, direction);
+            let lost = if winds_up { speed } else { v };
+            let drag = lost + outsider::quadratic_drag(self.quadratic_damping, v);
             [
                 speed,
                 (gain * drive - drag) / self.valve.time_constant,

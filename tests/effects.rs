@@ -86,6 +86,10 @@ fn the_catalogue_is_that_of_the_reference() {
         "hysteresis",
         "feed_forward",
         "slew_limit",
+        "slew_limit~windup",
+        "friction~windup",
+        "flow_force~windup",
+        "stroke_limit~windup",
         "friction",
         "flow_force",
         "stroke_limit",
@@ -287,7 +291,7 @@ fn every_effect_is_seen_at_its_trials() {
 /// where it rings faster than 100 Hz, or lags by no more than a few steps. A spool that sticks or meets its stop turns and
 /// lets go within a step, and the command may move on during it.
 fn of_steps(effect: Effect, hold: Hold) -> f64 {
-    match (effect.entry.name, hold) {
+    match (effect.entry.cause(), hold) {
         ("line_resonance", _) => 5e-4,
         ("compressibility" | "sensor_lag", _) => 2e-4,
         ("friction", Hold::Interpolated) => 3e-4,
@@ -402,7 +406,7 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 29] = [
+const TWINS: [Twin; 34] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -418,6 +422,31 @@ const TWINS: [Twin; 29] = [
     ("friction=0.4", "friction", &[("friction", 0.4)]),
     ("flow_force=0.1", "flow_force", &[("flow_force", 0.1)]),
     ("stroke_limit=7", "stroke_limit", &[("stroke_limit", 7.0)]),
+    (
+        "slew_limit~windup=200",
+        "slew_limit~windup",
+        &[("slew_limit_windup", 200.0)],
+    ),
+    (
+        "friction~windup=0.1",
+        "friction~windup",
+        &[("friction_windup", 0.1)],
+    ),
+    (
+        "friction~windup=0.4",
+        "friction~windup",
+        &[("friction_windup", 0.4)],
+    ),
+    (
+        "flow_force~windup=0.2",
+        "flow_force~windup",
+        &[("flow_force_windup", 0.2)],
+    ),
+    (
+        "stroke_limit~windup=7",
+        "stroke_limit~windup",
+        &[("stroke_limit_windup", 7.0)],
+    ),
     ("overlap=4", "overlap", &[("overlap", 4.0)]),
     (
         "asymmetric_gain=0.08",

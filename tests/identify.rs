@@ -50,7 +50,7 @@ fn the_report_has_every_field_of_the_contract() {
     let report = report(folder.path(), &["bench.csv", "--seed", "3"]);
     assert_eq!(names(&folder.path().join("out")), program::RESULTS);
 
-    assert_eq!(report["schema"], "servobee/report/1");
+    assert_eq!(report["schema"], "servobee/report/2");
     let verdict = report["verdict"].as_str().unwrap();
     assert!(
         ["found", "none", "unexplained", "not_diagnosed"].contains(&verdict),
@@ -963,7 +963,8 @@ fn named_effects_take_the_measured_actuator_close_to_its_noise() {
     ];
     printed(&servobee(folder.path(), &call));
     let report = json(folder.path().join("out/report.json"));
-    assert_eq!(report["verdict"], "found");
+    // Most of what is missing, at more than the noise.
+    assert_eq!(report["verdict"], "partly");
     let rmse = report["error"]["after"]["hold_out"]["spool"]["rmse"].as_f64();
     println!("RMS {} mm held out, {}", rmse.unwrap(), report["effects"]);
     assert!(rmse.unwrap() <= 0.033, "{report}");

@@ -45,3 +45,4 @@ mod session;
 mod shader;
 mod signals;
 mod surroundings;
+mod verdict;

@@ -27,7 +27,7 @@ fn json_is_the_report_and_nothing_else() {
     ];
     let text = printed(&servobee(folder.path(), &call));
     let report: Value = serde_json::from_str(&text).expect("standard output is one document");
-    assert_eq!(report["schema"], "servobee/report/1");
+    assert_eq!(report["schema"], "servobee/report/2");
     assert_eq!(report["effects"][0]["name"], "delay");
     assert_eq!(
         text,

@@ -244,7 +244,7 @@ fn signals_whose_zero_or_sign_is_in_doubt_are_refused_with_the_map_that_says_it(
     printed(&servobee(folder.path(), &said));
     assert_eq!(
         json(folder.path().join("out/report.json"))["schema"],
-        "servobee/report/1"
+        "servobee/report/2"
     );
 
     let folder = record(

@@ -32,7 +32,7 @@ fn a_reader_that_goes_away_stops_nothing() {
     assert!(ran.status.success(), "{}", errors(&ran));
     assert_eq!(
         json(folder.path().join("out/report.json"))["schema"],
-        "servobee/report/1"
+        "servobee/report/2"
     );
     for call in [
         &["effects"][..],

@@ -3,6 +3,7 @@
 use super::evidence::{Evidence, Model, Side};
 use super::screen::{LEVEL, Screened, Screening};
 use super::stage::Stage;
+use super::wide::widely;
 use super::{Comparison, improvement};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
@@ -27,6 +28,9 @@ const REFITTED: (usize, usize) = (8, 4);
 const TOLD_APART: f64 = 3.0;
 /// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
 const SAME_COST: f64 = 0.003;
+/// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
+/// fit has come to rest in may hide what is missing.
+const LEFT_OPEN: f64 = 1.3;
 /// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
 
@@ -256,9 +260,22 @@ impl<'a, 'b> Selection<'a, 'b> {
         let Some(screening) = Screening::new(self.evidence, model, &seen) else {
             return Ok(None);
         };
-        let models = self.refit(model, &screening, round)?;
+        let mut models = self.refit(model, &screening, round)?;
         if !self.stage.goes_on() {
             return Ok(None);
+        }
+        let worthy = models
+            .iter()
+            .map(|(_, one)| one)
+            .filter(|one| self.worth(model, one));
+        let least = worthy.map(|one| one.loss(Side::HoldOut)).reduce(f64::min);
+        let left = least.unwrap_or(model.loss(Side::HoldOut));
+        // What one effect leaves the next rounds look at; the first is the one that must not be wrong.
+        if left > LEFT_OPEN && (round == 1 || least.is_none()) {
+            self.widen(model, &screening, &mut models, round)?;
+            if !self.stage.goes_on() {
+                return Ok(None);
+            }
         }
         let accepted: Vec<&Model> = models
             .iter()
@@ -306,7 +323,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         let first: Vec<Problem> = plausible.iter().map(first).collect();
         let (found, evaluations) =
             self.evidence
-                .searched(&first, self.method, self.evaluator, &mut |done| {
+                .searched(&first, self.method, None, self.evaluator, &mut |done| {
                     self.stage.generation(done)
                 })?;
         self.evaluations += evaluations;
@@ -340,6 +357,39 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         self.refits.insert(key, models.clone());
         Ok(models)
+    }
+
+    /// Adds to the `models` with one effect more those of a wide search, where they are better.
+    fn widen(
+        &mut self,
+        model: &Model,
+        screening: &Screening,
+        models: &mut Vec<(Effect, Model)>,
+        round: usize,
+    ) -> Result<()> {
+        let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
+        self.stage.begins(&format!(
+            "round {round}: searching for {} effects",
+            effects.len()
+        ));
+        let (found, evaluations) = widely(
+            self.evidence,
+            model,
+            &effects,
+            self.evaluator,
+            &mut |done| self.stage.generation(done),
+        )?;
+        self.evaluations += evaluations;
+        for (effect, one) in found {
+            match models.iter_mut().find(|(other, _)| *other == effect) {
+                Some((_, known)) if known.loss(Side::Fit) <= one.loss(Side::Fit) => {}
+                Some((_, known)) => *known = one,
+                None => models.push((effect, one)),
+            }
+        }
+        // What is compared with this model later knows them, too.
+        self.refits.insert(names(model), models.clone());
+        Ok(())
     }
 
     /// [`worth`] on this selection's evidence.

@@ -289,18 +289,20 @@ impl Evidence {
         self.problem(&structure, &start)
     }
 
-    /// Searches by `method` around the start of each problem, all at once. Returns the problems, starting at the best that
+    /// Searches by `method` for each problem, all at once: where `start` says, or around the problem's own. Returns the problems, starting at the best that
     /// was found, and the candidates evaluated.
     pub(super) fn searched(
         &self,
         problems: &[Problem],
         method: &dyn Method,
+        start: Option<search::Start>,
         evaluator: &mut dyn Evaluator,
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<(Vec<Problem>, usize)> {
         let mut searches = Vec::new();
         for problem in problems {
-            let start = search::Start::From(problem.start());
+            let own = || search::Start::From(problem.start());
+            let start = start.clone().unwrap_or_else(own);
             searches.push(RunningSearch::begin(problem, method, start, self.seed)?);
         }
         run_in_lockstep(&mut searches, evaluator, progress)?;
@@ -323,6 +325,31 @@ impl Evidence {
             true => None,
             false => Linear::new(problem),
         }
+    }
+
+    /// What a polish of few steps makes of the problem's start, and its cost; `None` where that diverges, or the run was stopped
+    /// before its end.
+    pub(super) fn polished_a_little(
+        &self,
+        mut problem: Problem,
+        options: &PolishOptions,
+    ) -> Option<(f64, Problem)> {
+        let interrupt = self.memory.interrupt();
+        let key = || {
+            let mut fingerprint = Fingerprint::default();
+            fingerprint.text("short polish").problem(&problem).finish()
+        };
+        let polished: Option<(f64, Vec<f64>)> = self.memory.once(key, || {
+            let (free, start) = (problem.free(), problem.start());
+            let polished = polish_on_data(&problem, interrupt, &free, &start, options).ok()?;
+            Some((polished.cost, polished.values))
+        });
+        if interrupt.asked() {
+            return None;
+        }
+        let (cost, values) = polished?;
+        set_start(&mut problem, &values);
+        Some((cost, problem))
     }
 
     /// Polishes from the problem's start; `None` where that diverges, or the run was stopped before its end.

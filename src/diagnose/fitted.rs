@@ -181,7 +181,7 @@ impl Fitted {
     }
 
     /// An error of an output that says nothing of the model: the integrator's own, or what no file resolves.
-    fn least_error(&self, output: Output) -> f64 {
+    pub(super) fn least_error(&self, output: Output) -> f64 {
         let range = variance(records(&self.problem), output).sqrt();
         self.integration_error[output.name()].max(SMALLEST_NOISE * range)
     }

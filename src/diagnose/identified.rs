@@ -4,6 +4,7 @@ use super::attribution::{Added, Considered};
 use super::fitted::{Fitted, variance};
 use super::free_form::FoundForm;
 use super::hold::Between;
+use super::located::Located;
 use super::measurements::Measurements;
 use super::signature::{Signature, closest};
 use super::simulation::Sides;
@@ -17,6 +18,9 @@ use std::collections::BTreeMap;
 
 /// The integrator may err by this fraction of a channel's deviation, or by its noise, before its figures are refused.
 const TOLERATED: f64 = 1e-4;
+
+/// Causes that are told where none fits.
+const NEAREST: usize = 3;
 
 /// A model with what the data say of it.
 #[derive(Debug, Clone)]
@@ -33,6 +37,10 @@ pub struct Identified {
     pub added: Vec<Added>,
     /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
     pub free_form: Option<FoundForm>,
+    /// Held-out error of the base model: RMS in units of noise over all channels.
+    pub error_before: f64,
+    /// Where something is missing that has no name; `None` where nothing is, or the records do not tell.
+    pub located: Option<Located>,
     /// Every effect that was looked at, round by round.
     pub considered: Vec<Considered>,
     /// By how much the error fell, on fitted and on held-out rows, all channels in units of their noise.
@@ -72,6 +80,23 @@ impl Identified {
     /// Where something is missing that has no name: the effect that came closest to it.
     pub fn closest(&self) -> Option<&Considered> {
         closest(self.verdict, &self.considered)
+    }
+
+    /// Where something is missing that has no name: the effects of the first round that come closest, with the share of the
+    /// squared held-out error above the noise that each alone explains, the most first.
+    pub fn nearest(&self) -> Vec<(Effect, f64)> {
+        let excess = |error: f64| (error * error - 1.0).max(0.0);
+        let before = excess(self.error_before);
+        let first = self.considered.iter().filter(|one| one.round == 1);
+        let explained =
+            first.filter_map(|one| Some((one.effect, 1.0 - excess(one.error?) / before)));
+        let mut nearest: Vec<(Effect, f64)> = match self.verdict {
+            Verdict::Unexplained => explained.filter(|(_, share)| *share > 0.0).collect(),
+            _ => Vec::new(),
+        };
+        nearest.sort_by(|a, b| b.1.total_cmp(&a.1));
+        nearest.truncate(NEAREST);
+        nearest
     }
 
     /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator. What is known

@@ -6,12 +6,13 @@ use super::fitted::{Fitted, SMALLEST_NOISE, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{Between, OtherHold, complete_other_way, other_way};
 use super::identified::Identified;
+use super::located::{Located, located};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
 use super::signature::{closest, of_effects, of_residual};
-use super::simulation::{Compared, Sides, residual_in_all_rows};
+use super::simulation::{Compared, Sides, residual, residual_in_all_rows};
 use super::stage::Stage;
-use super::statistics::bootstrap::{Improvement, improvement};
+use super::statistics::bootstrap::{Improvement, improvement, mean_square};
 use super::statistics::noise::Noise;
 use super::verdict::{Criteria, Verdict};
 use crate::Result;
@@ -177,6 +178,7 @@ impl Diagnosis<'_> {
             added: false,
             structured_before: before.structured(),
             structured_after: before.structured(),
+            least_ratio: 0.0,
         };
         let mut after = None;
         let mut added = Vec::new();
@@ -196,6 +198,11 @@ impl Diagnosis<'_> {
             (after, free_form) = self.free_form(&base)?.unzip();
         }
         let after = after.unwrap_or_else(|| before.clone());
+        let located = match verdict {
+            Verdict::Unexplained => self.located(&before, &noise),
+            Verdict::Partly => self.located(&after, &noise),
+            _ => None,
+        };
         let between = self.between(&after);
         let records = &self.measurements.fit;
         let mut signatures = of_effects(&added, records);
@@ -214,6 +221,8 @@ impl Diagnosis<'_> {
             after,
             added,
             free_form: free_form.flatten(),
+            error_before: criteria.before.sqrt(),
+            located,
             considered,
             measurements: self.measurements.clone(),
             noise,
@@ -290,7 +299,8 @@ impl Diagnosis<'_> {
         let candidate = self.fitted(base, &found.model)?;
         criteria.added = true;
         criteria.structured_after = candidate.structured();
-        if criteria.verdict() == Verdict::Found {
+        criteria.least_ratio = self.least_ratio(&candidate, base.noise);
+        if matches!(criteria.verdict(), Verdict::Found | Verdict::Partly) {
             return Ok(Some(candidate));
         }
         let added: Vec<Effect> = found.added.iter().map(|one: &Added| one.effect).collect();
@@ -300,6 +310,35 @@ impl Diagnosis<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// What the held-out error of every channel is at least over its `noise`.
+    fn least_ratio(&self, fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> f64 {
+        let compared = fitted.beside(self.measurements).hold_out;
+        let observed = fitted.problem.structure.observed.iter();
+        let ratios = observed.map(|&output| {
+            let measuring = Compared::measuring(&compared, output);
+            let starts = starts(measuring.iter().map(|one| one.series));
+            let least = mean_square(&residual(&measuring, output), &starts).least_root();
+            // What no file resolves, or no integrator, is none of the model's error.
+            let floor = noise[output.name()].value.max(fitted.least_error(output));
+            if least > 0.0 { least / floor } else { 0.0 }
+        });
+        ratios.fold(0.0, f64::max)
+    }
+
+    /// Where `fitted` fails.
+    fn located(&mut self, fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> Option<Located> {
+        if !self.stage.goes_on() {
+            return None;
+        }
+        self.stage.begins("where it acts");
+        located(
+            fitted,
+            self.measurements,
+            noise,
+            self.plan.memory.interrupt(),
+        )
     }
 
     /// The base model with the curve that best describes what is missing, if any helps.

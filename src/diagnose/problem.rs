@@ -100,7 +100,7 @@ impl Options {
         let new = |effect: &&Effect| {
             let shows = !is_static || !effect.needs_quick_motion();
             let acts = effect.entry.on(structure).contains(effect);
-            shows && acts && !structure.effects.contains(effect)
+            shows && acts && !structure.has_cause_of(effect)
         };
         match self.max_effects {
             0 => Vec::new(),

@@ -84,7 +84,7 @@ impl<'a> Screening<'a> {
         let structure = model.structure();
         let candidates: Vec<Effect> = known()
             .flat_map(|entry| entry.on(structure))
-            .filter(|effect| !structure.effects.contains(effect) && allowed(effect))
+            .filter(|effect| !structure.has_cause_of(effect) && allowed(effect))
             .collect();
         let mut directions = None;
         let mut screen = || {

@@ -2,16 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Effects are believed if they explain this share of what the base model leaves above the noise, or everything that can be
-/// seen. Something else that merely resembles an effect seldom follows it so closely.
+/// Effects are a part of what is missing if they explain this share of what the base model leaves above the noise. Something
+/// else that merely resembles an effect seldom follows it so closely.
 const EXPLAINED: f64 = 0.8;
+/// And the whole of it if the held-out error of every channel may be below this many times its noise, which itself is known
+/// to a few percent, and nothing that is left depends on anything known.
+pub(super) const NEAR: f64 = 1.15;
 
 /// What the diagnosis comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Effects explain what the base model could not.
+    /// Effects explain what the base model could not, to the noise.
     Found,
+    /// Effects explain most of it, and something else is left.
+    Partly,
     /// Nothing is missing that this data could show.
     None,
     /// Something is missing that no effect explains of those that were looked for.
@@ -26,6 +31,7 @@ impl Verdict {
     pub fn word(self) -> &'static str {
         match self {
             Self::Found => "found",
+            Self::Partly => "partly",
             Self::None => "none",
             Self::Unexplained => "unexplained",
             Self::NotDiagnosed => "not_diagnosed",
@@ -48,6 +54,9 @@ pub(super) struct Criteria {
     pub(super) structured_before: bool,
     /// Whether the residual has structure with the effects.
     pub(super) structured_after: bool,
+    /// What the held-out error of every channel is at least over its noise, with the effects: the lower end of the largest 95 %
+    /// interval.
+    pub(super) least_ratio: f64,
 }
 
 impl Criteria {
@@ -63,7 +72,8 @@ impl Criteria {
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
         match (self.added, self.structured_before) {
-            (true, _) if !self.structured_after || self.explained() >= EXPLAINED => Verdict::Found,
+            (true, _) if !self.structured_after && self.least_ratio < NEAR => Verdict::Found,
+            (true, _) if !self.structured_after || self.explained() >= EXPLAINED => Verdict::Partly,
             _ if !self.diagnosed => Verdict::NotDiagnosed,
             (false, false) => Verdict::None,
             _ => Verdict::Unexplained,
@@ -75,37 +85,32 @@ impl Criteria {
 mod tests {
     use super::*;
 
-    #[test]
-    fn effects_are_believed_for_what_they_explain_or_leave_no_trace_of() {
-        let criteria = |before, after, added, structured_before, structured_after| Criteria {
+    fn criteria(before: f64, after: f64, structured_after: bool, least_ratio: f64) -> Criteria {
+        Criteria {
             diagnosed: true,
             before,
             after,
-            added,
-            structured_before,
+            added: true,
+            structured_before: true,
             structured_after,
-        };
+            least_ratio,
+        }
+    }
+
+    #[test]
+    fn what_reaches_the_noise_is_found_and_what_explains_most_is_a_part() {
         for (criteria, explained, verdict) in [
-            (criteria(1.0, 1.0, false, false, false), 1.0, Verdict::None),
-            (criteria(0.9, 0.9, false, false, false), 1.0, Verdict::None),
+            (criteria(6.0, 1.0, false, 0.97), 1.0, Verdict::Found),
+            (criteria(6.0, 2.5, false, 1.1), 0.7, Verdict::Found),
+            (criteria(6.0, 1.5, true, 1.1), 0.9, Verdict::Partly),
             (
-                criteria(6.0, 6.0, false, true, true),
-                0.0,
-                Verdict::Unexplained,
+                criteria(400.0, 40.0, true, 6.0),
+                360.0 / 399.0,
+                Verdict::Partly,
             ),
-            (
-                criteria(6.0, 2.5, true, true, true),
-                0.7,
-                Verdict::Unexplained,
-            ),
-            (criteria(6.0, 2.5, true, true, false), 0.7, Verdict::Found),
-            (criteria(6.0, 1.5, true, true, true), 0.9, Verdict::Found),
-            (criteria(6.0, 0.5, true, true, true), 1.0, Verdict::Found),
-            (
-                criteria(6.0, 8.5, true, true, true),
-                -0.5,
-                Verdict::Unexplained,
-            ),
+            (criteria(6.0, 2.5, false, 1.3), 0.7, Verdict::Partly),
+            (criteria(6.0, 2.5, true, 1.3), 0.7, Verdict::Unexplained),
+            (criteria(6.0, 8.5, true, 2.9), -0.5, Verdict::Unexplained),
         ] {
             assert!(
                 (criteria.explained() - explained).abs() < 1e-12,
@@ -113,16 +118,24 @@ mod tests {
             );
             assert_eq!(criteria.verdict(), verdict, "{criteria:?}");
             // What was not looked at to the end names what it has found, and says nothing of what it has not.
-            let diagnosed = false;
             let cut_short = Criteria {
-                diagnosed,
+                diagnosed: false,
                 ..criteria
-            }
-            .verdict();
-            match verdict {
-                Verdict::Found => assert_eq!(cut_short, Verdict::Found, "{criteria:?}"),
-                _ => assert_eq!(cut_short, Verdict::NotDiagnosed, "{criteria:?}"),
-            }
+            };
+            let known = match verdict {
+                Verdict::Unexplained => Verdict::NotDiagnosed,
+                named => named,
+            };
+            assert_eq!(cut_short.verdict(), known, "{criteria:?}");
         }
+        let nothing = |structured_before, diagnosed| Criteria {
+            added: false,
+            structured_before,
+            diagnosed,
+            ..criteria(1.0, 1.0, structured_before, 1.0)
+        };
+        assert_eq!(nothing(false, true).verdict(), Verdict::None);
+        assert_eq!(nothing(true, true).verdict(), Verdict::Unexplained);
+        assert_eq!(nothing(false, false).verdict(), Verdict::NotDiagnosed);
     }
 }

@@ -48,7 +48,7 @@ pub trait Ports<R: Real> {
 
     /// The spool's velocity.
     #[inline(always)]
-    fn speed(&self, speed: R) -> R {
+    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
         speed
     }
 
@@ -243,10 +243,10 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R) -> R {
+    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
         let mut speed = speed;
         for effect in &self.effects {
-            speed = effect.action.speed(speed);
+            speed = effect.action.speed(speed, motion);
         }
         speed
     }

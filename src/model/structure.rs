@@ -220,6 +220,13 @@ impl Structure {
         structure
     }
 
+    /// Whether it has `effect`, or another form of its cause on the same output.
+    pub fn has_cause_of(&self, effect: &Effect) -> bool {
+        let same =
+            |own: &Effect| own.entry.cause() == effect.entry.cause() && own.output == effect.output;
+        self.effects.iter().any(same)
+    }
+
     /// The same structure without `effect`.
     pub fn without(&self, effect: Effect) -> Self {
         let mut structure = self.clone();

@@ -3,7 +3,7 @@
 use super::about::AboutLine;
 use super::findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport,
-    RemainingReport,
+    NearestCause, RemainingReport,
 };
 use super::limits::LimitReport;
 use super::no_name::asked;
@@ -12,7 +12,9 @@ use super::number::number;
 use super::parameter::{ParameterReport, not_identifiable};
 use super::provenance::{Call, HoldReport, InputFile, Program, now};
 use crate::card::{Card, Figure, Quantity};
-use crate::diagnose::{Conditions, Identified, Improvement, Sides, Unexcited, Used, Verdict};
+use crate::diagnose::{
+    Conditions, Identified, Improvement, Located, Sides, Unexcited, Used, Verdict,
+};
 use crate::evaluate::{Chosen, Score};
 use crate::model::Structure;
 use crate::model::effects::{Effect, Port};
@@ -23,7 +25,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The version of the document.
-pub const SCHEMA: &str = "servobee/report/1";
+pub const SCHEMA: &str = "servobee/report/2";
 
 /// With fewer fitted rows than this for each parameter, a record is short.
 const SHORT: usize = 20;
@@ -43,6 +45,11 @@ pub struct Document {
     pub effects: Vec<AddedEffect>,
     /// Every effect that was looked at, round by round, with the reason for its choice or rejection.
     pub considered: Vec<ConsideredEffect>,
+    /// Where something is missing that has no name: before the measured spool, at its sensor or behind it; null where nothing is,
+    /// or the records do not tell.
+    pub located: Option<Located>,
+    /// Where the verdict is unexplained: the causes that come closest, the closest first.
+    pub nearest: Vec<NearestCause>,
     /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
     pub free_form: Option<FreeFormReport>,
     /// Share of the squared held-out error above the noise that the effects which were found explain; null where none was.
@@ -164,6 +171,12 @@ impl Document {
                 .iter()
                 .map(ConsideredEffect::from)
                 .collect(),
+            located: identified.located.clone(),
+            nearest: identified
+                .nearest()
+                .into_iter()
+                .map(|(effect, explained)| NearestCause::of(effect, explained))
+                .collect(),
             free_form: identified
                 .free_form
                 .as_ref()
@@ -250,6 +263,8 @@ impl Document {
             cut_short: None,
             effects: Vec::new(),
             considered: Vec::new(),
+            located: None,
+            nearest: Vec::new(),
             free_form: None,
             explained: None,
             error: ErrorPair {
@@ -331,10 +346,10 @@ impl Document {
         self.effects.iter().map(name).collect()
     }
 
-    /// Whether intervals mean nothing: the residual has structure, and nothing was found that explains it.
+    /// Whether intervals mean nothing: the residual has structure, and nothing was found that explains all of it.
     pub fn is_incomplete(&self) -> bool {
         match self.verdict {
-            Verdict::Unexplained => true,
+            Verdict::Unexplained | Verdict::Partly => true,
             Verdict::NotDiagnosed => self.remaining.structured,
             Verdict::Found | Verdict::None => false,
         }
@@ -395,7 +410,7 @@ fn difference(figure: &Figure) -> Option<String> {
 fn figures(card: &Card, verdict: Verdict) -> Vec<Figure> {
     let figures = card.figures.iter().cloned();
     match verdict {
-        Verdict::Unexplained => figures.map(Figure::without_interval).collect(),
+        Verdict::Unexplained | Verdict::Partly => figures.map(Figure::without_interval).collect(),
         _ => figures.collect(),
     }
 }

@@ -18,6 +18,10 @@ pub const PREDICTED_REDUCTION: &str = "The promise of an effect is the share of 
 pub const INCOMPLETE: &str = "The model lacks something that it has no name for (verdict: unexplained). These are the figures \
     of the model; how far those of the valve are from them is not known.";
 
+/// What the card of a model is worth that explains most of its record, not all.
+pub const IN_PART: &str = "The model lacks something beside what was named (verdict: partly). These are the figures of the \
+    model; how far those of the valve are from them is not known.";
+
 /// What the base model of this `structure` consists of.
 pub fn base_model(structure: &Structure) -> String {
     let parts = structure.base_parts().into_iter();

@@ -12,8 +12,12 @@ use std::collections::BTreeMap;
 /// An effect that was added to the base model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AddedEffect {
-    /// Its name in the catalogue.
+    /// What it is, as the catalogue calls it.
     pub name: String,
+    /// By which of its equations: `usual`, or as the catalogue calls it behind a `~`.
+    pub form: String,
+    /// Forms that this data cannot tell from that.
+    pub other_forms: Vec<String>,
     /// Where it acts.
     pub port: String,
     /// The channel that it is on, where it is on one.
@@ -31,21 +35,32 @@ impl From<&Added> for AddedEffect {
     fn from(added: &Added) -> Self {
         let entry = added.effect.entry;
         Self {
-            name: entry.name.into(),
+            name: entry.cause().into(),
+            form: entry.form().into(),
+            other_forms: other_forms(added),
             port: entry.port.to_string(),
             channel: added.effect.output.map(|output| output.name().into()),
-            tied_with: names(&added.tied_with, entry.name),
+            tied_with: names(&added.tied_with, entry.cause()),
             error_before: added.error_before,
             error_after: added.error_after,
         }
     }
 }
 
-/// The names of `effects`, each once, without `own`.
+/// The other forms of what was added that are tied with it.
+fn other_forms(added: &Added) -> Vec<String> {
+    let tied = added.tied_with.iter();
+    let own = tied.filter(|other| {
+        other.entry.cause() == added.effect.entry.cause() && other.output == added.effect.output
+    });
+    own.map(|other| other.entry.form().into()).collect()
+}
+
+/// The causes of `effects`, each once, without `own`.
 fn names(effects: &[Effect], own: &str) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for effect in effects {
-        let name = effect.entry.name;
+        let name = effect.entry.cause();
         if name != own && !names.iter().any(|other| other == name) {
             names.push(name.into());
         }
@@ -80,6 +95,31 @@ impl From<&Considered> for ConsideredEffect {
             p_value: considered.p_value,
             error_after: considered.error,
             decision: considered.decision.describe(),
+        }
+    }
+}
+
+/// A cause that comes close to what is missing, and does not explain it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NearestCause {
+    /// What it is, as the catalogue calls it.
+    pub name: String,
+    /// By which of its equations.
+    pub form: String,
+    /// The channel that it is on, where it is on one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel: Option<String>,
+    /// Share of the squared held-out error above the noise that it explains alone.
+    pub explained: f64,
+}
+
+impl NearestCause {
+    pub(super) fn of(effect: Effect, explained: f64) -> Self {
+        Self {
+            name: effect.entry.cause().into(),
+            form: effect.entry.form().into(),
+            channel: effect.output.map(|output| output.name().into()),
+            explained,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What is said where a diagnosis gives no name.
 
+use super::number::rounded;
 use crate::diagnose::Identified;
 
 /// What an unexplained verdict says, and why there is none where nothing was diagnosed, in one sentence.
@@ -29,12 +30,23 @@ pub fn not_diagnosed(identified: &Identified) -> String {
     }
 }
 
+/// Where something is missing, in sentences; nothing where that is not known.
+pub fn located(identified: &Identified) -> Option<String> {
+    let found = identified.located.as_ref()?;
+    Some(format!(
+        "What has no name acts {}. Each fitted alone, the spool follows its command to {} times the noise, and the flow the measured spool to {} times.",
+        found.place.words(),
+        rounded(found.spool, 3),
+        rounded(found.path, 3)
+    ))
+}
+
 /// The names of the effects that were looked for, each once.
 pub(super) fn asked(identified: &Identified) -> Vec<&'static str> {
     let mut names: Vec<&str> = Vec::new();
     for effect in &identified.asked {
-        if !names.contains(&effect.entry.name) {
-            names.push(effect.entry.name);
+        if !names.contains(&effect.entry.cause()) {
+            names.push(effect.entry.cause());
         }
     }
     names

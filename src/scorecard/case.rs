@@ -4,10 +4,10 @@ use super::outcome::{Outcome, judge};
 use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
-use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, Verdict, identify};
+use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, identify};
 use crate::evaluate::{CpuEvaluator, Evaluator, Precision};
 use crate::model::Output;
-use crate::model::effects::CATALOGUE;
+use crate::model::effects::{CATALOGUE, Effect};
 use crate::record::Record;
 use crate::rig::{
     Command, Form, Kind, Meter, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve,
@@ -171,10 +171,14 @@ impl Case {
             .added
             .iter()
             .map(|one| {
-                let tied = one.tied_with.iter().map(ToString::to_string);
-                std::iter::once(one.effect.to_string())
-                    .chain(tied)
-                    .collect()
+                let tied = one.tied_with.iter().map(Effect::cause);
+                let mut names: Vec<String> = Vec::new();
+                for name in std::iter::once(one.effect.cause()).chain(tied) {
+                    if !names.contains(&name) {
+                        names.push(name);
+                    }
+                }
+                names
             })
             .collect();
         let effects: &[_] = match &self.subject {
@@ -217,13 +221,7 @@ impl Case {
                     far
                 }
             }),
-            verdict: match verdict {
-                Verdict::Found => "found",
-                Verdict::None => "none",
-                Verdict::Unexplained => "unexplained",
-                Verdict::NotDiagnosed => "not_diagnosed",
-            }
-            .into(),
+            verdict: verdict.word().into(),
             named: ties.join("+"),
             outcome: judge(&known, odd, verdict, &named),
             covered: covered(setup, &known, identified),

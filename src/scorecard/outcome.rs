@@ -106,11 +106,11 @@ pub fn judge(known: &[String], odd: bool, verdict: Verdict, named: &[Vec<String>
     match verdict {
         Verdict::None if empty => return Outcome::Right,
         Verdict::Unexplained if empty => return Outcome::FalseUnexplained,
-        Verdict::Found if empty => return Outcome::FalseFound,
+        Verdict::Found | Verdict::Partly if empty => return Outcome::FalseFound,
         Verdict::None | Verdict::NotDiagnosed => return Outcome::Missed,
         Verdict::Unexplained => return Outcome::Unexplained,
-        Verdict::Found if odd => return Outcome::Wrong,
-        Verdict::Found => {}
+        Verdict::Found | Verdict::Partly if odd => return Outcome::Wrong,
+        Verdict::Found | Verdict::Partly => {}
     }
     let mut missing: Vec<&String> = known.iter().collect();
     let mut unclaimed: Vec<&Vec<String>> = named.iter().collect();

@@ -23,7 +23,7 @@ use crate::card::{Accuracy, Measured};
 use crate::diagnose::{self, Cut, IdentificationProblem};
 use crate::evaluate::{Chosen, Fingerprint, OwnLoss, parameters_for, structure_for};
 use crate::model::Structure;
-use crate::model::effects::{CATALOGUE, Entry, entry, known};
+use crate::model::effects::{CATALOGUE, Entry, known};
 use crate::record::{Reading, Record, check_mappings, usual_full_scale};
 use crate::report::{Call, Edition, Limits, ModelFile};
 use crate::search::Plan;
@@ -220,7 +220,8 @@ impl Session {
     }
 }
 
-/// The effects that `text` names: `all` of the catalogue, `none`, or `NAME,...`, one's own among them.
+/// The effects that `text` names: `all` of the catalogue, `none`, or `NAME,...`, one's own among them; a name without `~form`
+/// stands for all forms.
 ///
 /// # Errors
 /// There is no such effect.
@@ -230,15 +231,18 @@ pub fn effects_named(text: &str) -> Result<Vec<&'static Entry>> {
         "none" => return Ok(Vec::new()),
         _ => {}
     }
-    let find = |name: &str| {
-        entry(name.trim()).ok_or_else(|| {
+    let mut effects = Vec::new();
+    for name in text.split(',').map(str::trim) {
+        let before = effects.len();
+        effects.extend(known().filter(|one| one.name == name || one.cause() == name));
+        if effects.len() == before {
             let names: Vec<&str> = known().map(|entry| entry.name).collect();
-            Error::input(
+            return Err(Error::input(
                 format!("--effects {text}"),
-                format!("there is no effect {:?}", name.trim()),
+                format!("there is no effect {name:?}"),
                 format!("give all, none, or some of {}", names.join(",")),
-            )
-        })
-    };
-    text.split(',').map(find).collect()
+            ));
+        }
+    }
+    Ok(effects)
 }

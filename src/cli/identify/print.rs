@@ -6,7 +6,7 @@ use servobee::diagnose::{Identified, Verdict};
 use servobee::evaluate::problem::Series;
 use servobee::report::{
     ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ParameterReport, Units,
-    explain, not_diagnosed, unexplained,
+    explain, located, not_diagnosed, unexplained,
 };
 
 /// Prints the answer first, and then what it stands on.
@@ -56,12 +56,14 @@ fn print_effects(identified: &Identified, document: &Document) {
         Verdict::None => {
             colour::answer("Verdict: none. The base model lacks nothing that this data shows.");
         }
-        Verdict::Found => {
+        Verdict::Found | Verdict::Partly => {
             let names: Vec<String> = added.iter().map(|one| one.effect.to_string()).collect();
             let names = names.join(" and ");
-            colour::answer(format_args!(
-                "Verdict: found. The base model lacks {names}."
-            ));
+            let whole = match identified.verdict {
+                Verdict::Found => format!("found. The base model lacks {names}."),
+                _ => format!("partly. The base model lacks {names}, and something else is left."),
+            };
+            colour::answer(format_args!("Verdict: {whole}"));
         }
         Verdict::Unexplained => {
             let why = unexplained(identified);
@@ -82,6 +84,19 @@ fn print_effects(identified: &Identified, document: &Document) {
             format!("; {percent:.0} % of what was above the noise is explained")
         });
         tell!("Held-out error lower by {}{explained}.", error(improvement));
+    }
+    if let Some(located) = located(identified) {
+        tell!("{located}");
+    }
+    let nearest = document
+        .nearest
+        .iter()
+        .map(|one| format!("{} ({:.0} %)", one.name, 100.0 * one.explained));
+    if !document.nearest.is_empty() {
+        tell!(
+            "Of the error above the noise come closest: {}.",
+            nearest.collect::<Vec<_>>().join(", ")
+        );
     }
     tell!();
     if let Some(form) = &document.free_form {

@@ -1,11 +1,13 @@
 //! Resampling of residuals in blocks, which keeps the correlation of neighbouring rows.
 
-use super::rows::stretches;
+use super::rows::{coloured, stretches};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Replicates of an interval.
 const REPLICATES: usize = 999;
+/// The 97.5 % quantile of the normal distribution.
+const NORMAL: f64 = 1.96;
 /// Tails outside a 95 % interval.
 const TAIL: f64 = 0.025;
 
@@ -171,6 +173,30 @@ pub fn improvement(
         percent: interval(percent, percents),
         absolute: interval(absolute, absolutes),
     }
+}
+
+/// A mean square with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::diagnose) struct MeanSquare {
+    pub(in crate::diagnose) mean: f64,
+    pub(in crate::diagnose) error: f64,
+}
+
+impl MeanSquare {
+    /// The lower end of the 95 % interval of its root.
+    pub(in crate::diagnose) fn least_root(&self) -> f64 {
+        (self.mean - NORMAL * self.error).max(0.0).sqrt()
+    }
+}
+
+/// The mean square of `residual`, whose rows need not be independent.
+pub(in crate::diagnose) fn mean_square(residual: &[f64], starts: &[usize]) -> MeanSquare {
+    let squares: Vec<f64> = residual.iter().map(|value| value * value).collect();
+    let count = squares.len().max(1) as f64;
+    let mean = squares.iter().sum::<f64>() / count;
+    let spread = squares.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
+    let error = (coloured(&squares, starts) * spread / count).sqrt();
+    MeanSquare { mean, error }
 }
 
 /// The reduction of the root mean square, in % and as it is.

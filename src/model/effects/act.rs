@@ -73,7 +73,7 @@ pub trait Act<R: Real> {
 
     /// The spool's velocity, in command units per second.
     #[inline(always)]
-    fn speed(&self, speed: R) -> R {
+    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
         speed
     }
 

@@ -34,7 +34,11 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[("compressibility", 0.0)],
     applies: entry::shows_a_flow,
     outputs: Some(entry::flow_outputs),
-    view: Some(View::new(Excitation::Chirp, Over::OutputRate, Values::Trial(1))),
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::OutputRate,
+        Values::Trial(1),
+    )),
     frequency: None,
 };
 

@@ -76,15 +76,43 @@ mod tests {
             ..Structure::actuator(10.0, command_unit)
         };
         for (structure, gain, lead) in [
-            (loop_of("V", Output::Spool, None, Piston::Integrated), true, true),
-            (loop_of("V", Output::Spool, Some("%"), Piston::Integrated), false, true),
-            (loop_of("mm", Output::Position, None, Piston::Servo), true, true),
-            (loop_of("V", Output::Position, None, Piston::Servo), false, true),
-            (loop_of("mm", Output::Position, None, Piston::Integrated), false, false),
-            (loop_of("V", Output::Flow, None, Piston::Integrated), false, false),
+            (
+                loop_of("V", Output::Spool, None, Piston::Integrated),
+                true,
+                true,
+            ),
+            (
+                loop_of("V", Output::Spool, Some("%"), Piston::Integrated),
+                false,
+                true,
+            ),
+            (
+                loop_of("mm", Output::Position, None, Piston::Servo),
+                true,
+                true,
+            ),
+            (
+                loop_of("V", Output::Position, None, Piston::Servo),
+                false,
+                true,
+            ),
+            (
+                loop_of("mm", Output::Position, None, Piston::Integrated),
+                false,
+                false,
+            ),
+            (
+                loop_of("V", Output::Flow, None, Piston::Integrated),
+                false,
+                false,
+            ),
         ] {
             let known = |name| (super::super::entry(name).unwrap().applies)(&structure);
-            assert_eq!((known("dc_gain"), known("feed_forward")), (gain, lead), "{structure:?}");
+            assert_eq!(
+                (known("dc_gain"), known("feed_forward")),
+                (gain, lead),
+                "{structure:?}"
+            );
         }
     }
 }

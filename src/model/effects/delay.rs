@@ -5,7 +5,6 @@ use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
-
 /// What delays longer is a loop over a network or a sensor, s, and no valve.
 const LONGEST: f64 = 0.25;
 
@@ -33,7 +32,11 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::always,
     outputs: None,
-    view: Some(View::new(Excitation::Chirp, Over::CommandRate, Values::Trial(1))),
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::CommandRate,
+        Values::Trial(1),
+    )),
     frequency: None,
 };
 

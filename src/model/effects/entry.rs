@@ -90,7 +90,7 @@ pub type Trial = Vec<f64>;
 /// An effect as the catalogue describes it.
 #[derive(Debug)]
 pub struct Entry {
-    /// Its name.
+    /// Its name: that of the cause, and `~form` where it is not the cause's usual form.
     pub name: &'static str,
     /// Where it acts.
     pub port: Port,
@@ -127,7 +127,17 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The forms in which it can act on `structure`: one, or one for each output that it can be on.
+    /// What it is a form of.
+    pub fn cause(&self) -> &'static str {
+        self.name.split('~').next().unwrap_or(self.name)
+    }
+
+    /// Which form of its cause it is.
+    pub fn form(&self) -> &'static str {
+        self.name.split_once('~').map_or("usual", |(_, form)| form)
+    }
+
+    /// As an effect of `structure`: one, or one for each output that it can be on.
     pub fn on(&'static self, structure: &Structure) -> Vec<Effect> {
         let on = |output| Effect {
             entry: self,
@@ -229,6 +239,14 @@ impl Effect {
     /// Its parameters.
     pub fn parameters(&self, scale: &Scale) -> Vec<Parameter> {
         (self.entry.parameters)(scale, self.output)
+    }
+
+    /// Its cause, with the output where it is on one, whatever its form.
+    pub fn cause(&self) -> String {
+        match self.output {
+            Some(output) => format!("{}.{}", self.entry.cause(), output.name()),
+            None => self.entry.cause().to_owned(),
+        }
     }
 
     /// Whether it delays the command, whatever the values of its parameters.

@@ -24,7 +24,11 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: shows_a_loop,
     outputs: None,
-    view: Some(View::new(Excitation::Chirp, Over::CommandRate, Values::Trial(0))),
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::CommandRate,
+        Values::Trial(0),
+    )),
     frequency: None,
 };
 

@@ -49,6 +49,41 @@ impl<R: Real> Act<R> for FlowForce<R> {
     }
 }
 
+pub(super) const BEHIND: Entry = Entry {
+    name: "flow_force~windup",
+    summary: "The steady flow force pulls the spool towards null, and the loop's integrator makes up for it",
+    finding: "the flow force holds the spool back by {flow_force_windup} of its opening at the rated pressure drop while it moves",
+    equation: "dz/dt = K sat(u - x, S), T dx/dt = z - x - flow_force_windup h(x) dp/dp_ref",
+    shows: "a spool that is slower at large openings and pressure drops, and at rest where it was commanded to",
+    confused: "flow_force, which leaves an error at rest; sensor lags, which do not know the opening",
+    parameters: |_, _| vec![Parameter::linear("flow_force_windup", "1", 0.0, 0.0, 1.0)],
+    ..ENTRY
+};
+
+/// The steady flow force pulls the spool towards null behind the integrator.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct FlowForceBehind<R> {
+    share: R,
+}
+
+impl<R: Real> FlowForceBehind<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { share: next() }
+    }
+}
+
+impl<R: Real> Act<R> for FlowForceBehind<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+        speed - self.share * motion.load / motion.time_constant
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,5 +101,21 @@ mod tests {
             load: 2.0,
         };
         assert_eq!(effect.drive(100.0, &motion), 100.0 - 200.0 * 0.1 * 2.0);
+    }
+
+    #[test]
+    fn behind_the_integrator_it_takes_of_the_lead() {
+        let mut values = [0.1].into_iter();
+        let effect: FlowForceBehind<f64> = FlowForceBehind::new(|| values.next().unwrap());
+        let motion = Motion {
+            gain: 200.0,
+            time_constant: 0.002,
+            spool: 1.0,
+            speed: 0.0,
+            slip_direction: 0.0,
+            load: 2.0,
+        };
+        assert_eq!(effect.speed(300.0, &motion), 300.0 - 0.1 * 2.0 / 0.002);
+        assert_eq!(effect.drive(100.0, &motion), 100.0);
     }
 }

@@ -51,7 +51,11 @@ pub(super) const ENTRY: Entry = Entry {
     applies: entry::moves_a_spool,
     outputs: None,
     // With stiction, so that it lets go with a jump.
-    view: Some(View::new(view::SMALL, Over::Command, Values::Given(&[0.15, 0.15]))),
+    view: Some(View::new(
+        view::SMALL,
+        Over::Command,
+        Values::Given(&[0.15, 0.15]),
+    )),
     frequency: None,
 };
 
@@ -134,6 +138,57 @@ impl<R: Real> Act<R> for Friction<R> {
     }
 }
 
+pub(super) const BEHIND: Entry = Entry {
+    name: "friction~windup",
+    summary: "Coulomb friction on an overdamped spool: it sticks until the loop's integrator has wound up enough",
+    finding: "friction of {friction_windup} holds the spool until the loop has wound up as much",
+    equation: "dz/dt = K sat(u - x, S), T dx/dt = z - x -/+ friction_windup, dx/dt = 0 while |z - x| <= friction_windup",
+    shows: "a spool that stands still after reversals, and then catches up with its command",
+    confused: "friction in front of the integrator, which leaves an error at rest",
+    source: "Olsson et al. 1998; Armstrong-Helouvry et al. 1994",
+    parameters: |scale, _| {
+        vec![Parameter::linear(
+            "friction_windup",
+            &scale.command_unit,
+            0.0,
+            0.0,
+            0.3 * scale.command,
+        )]
+    },
+    trials: |scale, _| {
+        [0.003, 0.015, 0.05]
+            .map(|share| vec![share * scale.command])
+            .to_vec()
+    },
+    view: Some(View::new(
+        view::SMALL,
+        Over::Command,
+        Values::Given(&[0.15]),
+    )),
+    ..ENTRY
+};
+
+/// Coulomb friction behind the integrator.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct FrictionBehind<R> {
+    coulomb: R,
+}
+
+impl<R: Real> FrictionBehind<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { coulomb: next() }
+    }
+}
+
+impl<R: Real> Act<R> for FrictionBehind<R> {
+    #[inline(always)]
+    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+        let held = self.coulomb / motion.time_constant;
+        speed - speed.clamp(-held, held)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -156,6 +211,28 @@ mod tests {
         assert!((drive(0.0, 5.0) + 40.0).abs() < 1e-9 && (drive(0.0, -5.0) - 40.0).abs() < 1e-9);
         // From 4 V/s to -4 V/s: at rest in the middle of the step, 4 * 0.5 / 2 of a step further.
         let (lead, spool) = effect.end_step(1.0 - 0.012, 1.0, 30.0, &motion(4.0, 1.0), 1e-3);
-        assert!(lead == spool && (spool - 1.001).abs() < 1e-12, "{lead} {spool}");
+        assert!(
+            lead == spool && (spool - 1.001).abs() < 1e-12,
+            "{lead} {spool}"
+        );
+    }
+
+    #[test]
+    fn behind_the_integrator_it_holds_until_the_lead_exceeds_it() {
+        let mut values = [0.3].into_iter();
+        let effect: FrictionBehind<f64> = FrictionBehind::new(|| values.next().unwrap());
+        let motion = Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool: 1.0,
+            speed: 0.0,
+            slip_direction: 0.0,
+            load: 2.0,
+        };
+        // 0.3 V of lead over T are 100 V/s.
+        let speeds = [-350.0, -99.0, 0.0, 99.0, 150.0].map(|v| effect.speed(v, &motion));
+        for (found, expected) in speeds.into_iter().zip([-250.0, 0.0, 0.0, 0.0, 50.0]) {
+            assert!((found - expected).abs() < 1e-9, "{speeds:?}");
+        }
     }
 }

@@ -5,7 +5,6 @@ use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Pace, Parameter, Real};
 
-
 /// 50 m of line, closed at its end, ring at this frequency, Hz: c / 4L.
 const SLOWEST: f64 = 5.0;
 
@@ -42,7 +41,11 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[("line_share", 0.0)],
     applies: entry::shows_a_flow,
     outputs: Some(entry::flow_outputs),
-    view: Some(View::new(Excitation::Step { seconds: 0.4 }, Over::Time, Values::Trial(1))),
+    view: Some(View::new(
+        Excitation::Step { seconds: 0.4 },
+        Over::Time,
+        Values::Trial(1),
+    )),
     frequency: Some("line_frequency"),
 };
 

@@ -14,13 +14,21 @@ pub use own::{Law, register};
 
 use super::Real;
 
-/// What each effect's file brings in: its entry in the catalogue and its action.
-macro_rules! catalogue {
-    ($($module:ident :: $Type:ident),* $(,)?) => {
-        $(mod $module;)*
+/// The entry of a form in an effect's file: `ENTRY` where it is not called otherwise.
+macro_rules! entry_of {
+    ($module:ident) => {
+        $module::ENTRY
+    };
+    ($module:ident $entry:ident) => {
+        $module::$entry
+    };
+}
 
+/// What each effect's file brings in: its entries in the catalogue and their actions.
+macro_rules! catalogue {
+    ($($module:ident :: $Type:ident $(= $entry:ident)?),* $(,)?) => {
         /// All effects, in the order in which they act.
-        pub const CATALOGUE: &[&Entry] = &[$(&$module::ENTRY),*];
+        pub const CATALOGUE: &[&Entry] = &[$(&entry_of!($module $($entry)?)),*];
 
         /// An effect with values for its parameters.
         #[derive(Debug, Clone)]
@@ -34,7 +42,7 @@ macro_rules! catalogue {
             /// The action of the effect called `name`, with the values that `next` gives for its parameters.
             #[inline(always)]
             pub(super) fn new(name: &str, mut next: impl FnMut() -> R) -> Self {
-                $(if name == $module::ENTRY.name {
+                $(if name == entry_of!($module $($entry)?).name {
                     return Self::$Type($module::$Type::new(next));
                 })*
                 Self::Own(own::Own::new(name, &mut next))
@@ -59,8 +67,8 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.drive(drive, motion),)* Self::Own(users) => users.0.drive(drive, motion) }
             }
             #[inline(always)]
-            fn speed(&self, speed: R) -> R {
-                match self { $(Self::$Type(effect) => effect.speed(speed),)* Self::Own(users) => users.0.speed(speed) }
+            fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.speed(speed, motion),)* Self::Own(users) => users.0.speed(speed, motion) }
             }
             #[inline(always)]
             fn sticks(&self) -> bool {
@@ -118,6 +126,28 @@ macro_rules! catalogue {
     };
 }
 
+mod asymmetric_gain;
+mod compressibility;
+mod dc_gain;
+mod delay;
+mod feed_forward;
+mod flow_force;
+mod friction;
+mod gain_curvature;
+mod hysteresis;
+mod leakage;
+mod line_resonance;
+mod null_bias;
+mod overlap;
+mod periodic_disturbance;
+mod sensor_drift;
+mod sensor_lag;
+mod sensor_offset;
+mod slew_limit;
+mod stroke_limit;
+mod supply_droop;
+mod viscosity_drift;
+
 catalogue! {
     delay::Delay,
     dc_gain::DcGain,
@@ -140,6 +170,10 @@ catalogue! {
     sensor_offset::SensorOffset,
     sensor_drift::SensorDrift,
     periodic_disturbance::PeriodicDisturbance,
+    flow_force::FlowForceBehind = BEHIND,
+    friction::FrictionBehind = BEHIND,
+    slew_limit::SlewLimitBehind = BEHIND,
+    stroke_limit::StrokeLimitBehind = BEHIND,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -51,7 +51,11 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::always,
     outputs: Some(entry::any_output),
-    view: Some(View::new(Excitation::Step { seconds: 0.1 }, Over::Time, Values::Trial(0))),
+    view: Some(View::new(
+        Excitation::Step { seconds: 0.1 },
+        Over::Time,
+        Values::Trial(0),
+    )),
     frequency: Some("disturbance_frequency"),
 };
 

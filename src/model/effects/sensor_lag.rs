@@ -29,7 +29,11 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[("sensor_lag", 0.0)],
     applies: entry::always,
     outputs: Some(entry::any_output),
-    view: Some(View::new(Excitation::Chirp, Over::OutputRate, Values::Trial(1))),
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::OutputRate,
+        Values::Trial(1),
+    )),
     frequency: None,
 };
 

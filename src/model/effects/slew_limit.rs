@@ -35,7 +35,11 @@ pub(super) const ENTRY: Entry = Entry {
     applies: entry::moves_a_spool,
     outputs: None,
     // Little below the fastest that is asked for: a valve that is limited for long runs away.
-    view: Some(View::new(Excitation::Chirp, Over::Time, Values::Given(&[140.0]))),
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::Time,
+        Values::Given(&[140.0]),
+    )),
     frequency: None,
 };
 
@@ -54,7 +58,7 @@ impl<R: Real> SlewLimit<R> {
 
 impl<R: Real> Act<R> for SlewLimit<R> {
     #[inline(always)]
-    fn speed(&self, speed: R) -> R {
+    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
         speed.clamp(-self.limit, self.limit)
     }
 
@@ -63,6 +67,46 @@ impl<R: Real> Act<R> for SlewLimit<R> {
         // The speed is a state: the lead z = x + T v has no more of it than the spool, so that nothing winds up.
         let most = self.limit * start.time_constant;
         (lead.clamp(spool - most, spool + most), spool)
+    }
+}
+
+pub(super) const BEHIND: Entry = Entry {
+    name: "slew_limit~windup",
+    summary: "The spool cannot move faster than its pilot stage lets it, and the loop's integrator runs on",
+    finding: "the spool moves no faster than {slew_limit_windup}, and overshoots by what the loop has wound up",
+    equation: "dz/dt = K sat(u - x, S), dx/dt = (z - x)/T, |dx/dt| <= slew_limit_windup",
+    shows: "triangles instead of sines as with slew_limit, and an overshoot after each fast stretch",
+    confused: "slew_limit, whose speed is a state and winds nothing up: without an overshoot",
+    source: "pilot flow saturation under an integrating loop; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        vec![Parameter::log(
+            "slew_limit_windup",
+            &format!("{}/s", scale.command_unit),
+            1e-4 * scale.command / scale.interval,
+            10.0 * scale.command / scale.interval,
+            10.0 * scale.command / scale.interval,
+        )]
+    },
+    ..ENTRY
+};
+
+/// The spool's speed is limited behind the integrator, which winds up.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitBehind<R> {
+    limit: R,
+}
+
+impl<R: Real> SlewLimitBehind<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { limit: next() }
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitBehind<R> {
+    #[inline(always)]
+    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+        speed.clamp(-self.limit, self.limit)
     }
 }
 
@@ -82,9 +126,31 @@ mod tests {
             slip_direction: 0.0,
             load: 2.0,
         };
-        assert_eq!([-150.0, 50.0].map(|v| effect.speed(v)), [-100.0, 50.0]);
+        assert_eq!(
+            [-150.0, 50.0].map(|v| effect.speed(v, &start)),
+            [-100.0, 50.0]
+        );
         let (lead, spool) = effect.end_step(2.0, 1.0, 0.0, &start, 1e-4);
         assert!((lead - 1.3).abs() < 1e-12 && spool == 1.0);
         assert_eq!(effect.end_step(1.2, 1.0, 0.0, &start, 1e-4), (1.2, 1.0));
+    }
+
+    #[test]
+    fn behind_the_integrator_it_limits_the_speed_alone() {
+        let mut values = [100.0].into_iter();
+        let effect: SlewLimitBehind<f64> = SlewLimitBehind::new(|| values.next().unwrap());
+        let start = Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool: 1.0,
+            speed: 100.0,
+            slip_direction: 0.0,
+            load: 2.0,
+        };
+        assert_eq!(
+            [-150.0, 50.0].map(|v| effect.speed(v, &start)),
+            [-100.0, 50.0]
+        );
+        assert_eq!(effect.end_step(2.0, 1.0, 0.0, &start, 1e-4), (2.0, 1.0));
     }
 }

@@ -83,6 +83,59 @@ fn pulled_back<R: Real>(end: R, drive: R, seconds: R, time_constant: R) -> (R, R
     (spool + ahead, spool)
 }
 
+pub(super) const BEHIND: Entry = Entry {
+    name: "stroke_limit~windup",
+    summary: "The spool stops at the end of its stroke, and the loop's integrator runs on",
+    finding: "the spool stops at {stroke_limit_windup}, and leaves its stop late by what the loop has wound up",
+    equation: "dz/dt = K sat(u - x, S), dx/dt = (z - x)/T, |x| <= stroke_limit_windup",
+    shows: "flat tops at large openings that last longer than the command asks for",
+    confused: "stroke_limit, which leaves its stop as soon as the command turns",
+    parameters: |scale, _| {
+        vec![Parameter::linear(
+            "stroke_limit_windup",
+            &scale.command_unit,
+            0.02 * scale.command,
+            10.0 * scale.command,
+            10.0 * scale.command,
+        )]
+    },
+    ..ENTRY
+};
+
+/// The spool stops at the end of its stroke, and the integrator winds up.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct StrokeLimitBehind<R> {
+    limit: R,
+}
+
+impl<R: Real> StrokeLimitBehind<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { limit: next() }
+    }
+}
+
+impl<R: Real> Act<R> for StrokeLimitBehind<R> {
+    #[inline(always)]
+    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+        // Held is what stands exactly at the end: what passes it within a step is put there when that ends.
+        let zero = R::constant(0.0);
+        let [above, below] = [motion.spool - self.limit, -self.limit - motion.spool];
+        let at_top = above.abs().if_positive(speed, speed.min(zero));
+        below.abs().if_positive(at_top, speed.max(zero))
+    }
+
+    #[inline(always)]
+    fn place(&self, spool: R, _speed: R) -> R {
+        spool.clamp(-self.limit, self.limit)
+    }
+
+    #[inline(always)]
+    fn end_step(&self, lead: R, spool: R, _drive: R, _start: &Motion<R>, _step: R) -> (R, R) {
+        (lead, spool.clamp(-self.limit, self.limit))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,5 +158,26 @@ mod tests {
         let expected = 1.5 - 0.5 * 0.05 * 5e-4 / 0.003;
         assert!((spool - expected).abs() < 1e-12 && (lead - spool + 0.05).abs() < 1e-12);
         assert_eq!(effect.end_step(1.2, 1.4, 50.0, &start, 1e-3), (1.2, 1.4));
+    }
+
+    #[test]
+    fn behind_the_integrator_it_stops_the_spool_alone() {
+        let mut values = [1.5].into_iter();
+        let effect: StrokeLimitBehind<f64> = StrokeLimitBehind::new(|| values.next().unwrap());
+        let at = |spool| Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool,
+            speed: 0.0,
+            slip_direction: 0.0,
+            load: 2.0,
+        };
+        let speed = |speed, spool| effect.speed(speed, &at(spool));
+        assert_eq!(
+            [speed(50.0, 1.5), speed(-50.0, 1.5), speed(50.0, 1.4)],
+            [0.0, -50.0, 50.0]
+        );
+        assert_eq!([speed(-50.0, -1.5), speed(50.0, -1.5)], [0.0, 50.0]);
+        assert_eq!(effect.end_step(4.0, 2.0, 50.0, &at(1.4), 1e-3), (4.0, 1.5));
     }
 }

@@ -23,24 +23,40 @@ pub(super) const ENTRY: Entry = Entry {
                 0.0,
                 2.0 * scale.rated_drop / scale.outputs[Output::Flow],
             ),
-            Parameter::log("supply_lag", "s", scale.interval, 20.0 * scale.interval, 2e3 * scale.interval)
-                .paced(Pace::TimeConstant),
+            Parameter::log(
+                "supply_lag",
+                "s",
+                scale.interval,
+                20.0 * scale.interval,
+                2e3 * scale.interval,
+            )
+            .paced(Pace::TimeConstant),
         ]
     },
     trials: |scale, _| {
-        [(0.05, 20.0), (0.05, 200.0), (0.4, 5.0), (0.4, 50.0), (0.4, 400.0)]
-            .map(|(share, rows)| {
-                let droop = share * scale.rated_drop / scale.outputs[Output::Flow];
-                vec![droop, rows * scale.interval]
-            })
-            .to_vec()
+        [
+            (0.05, 20.0),
+            (0.05, 200.0),
+            (0.4, 5.0),
+            (0.4, 50.0),
+            (0.4, 400.0),
+        ]
+        .map(|(share, rows)| {
+            let droop = share * scale.rated_drop / scale.outputs[Output::Flow];
+            vec![droop, rows * scale.interval]
+        })
+        .to_vec()
     },
     imitated_by: &[],
     states: &["drawn"],
     neutral: &[],
     applies: entry::has_a_rated_drop,
     outputs: None,
-    view: Some(View::new(view::triangle(9.0, 2.0, 2), Over::Flow, Values::Trial(3))),
+    view: Some(View::new(
+        view::triangle(9.0, 2.0, 2),
+        Over::Flow,
+        Values::Trial(3),
+    )),
     frequency: None,
 };
 

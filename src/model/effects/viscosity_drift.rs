@@ -37,7 +37,11 @@ pub(super) const ENTRY: Entry = Entry {
     neutral: &[],
     applies: entry::shows_a_flow,
     outputs: None,
-    view: Some(View::new(view::triangle(9.0, 2.0, 4), Over::Time, Values::Trial(0))),
+    view: Some(View::new(
+        view::triangle(9.0, 2.0, 4),
+        Over::Time,
+        Values::Trial(0),
+    )),
     frequency: None,
 };
 

@@ -174,6 +174,9 @@ impl BatchRow {
             (None, Some(Verdict::Found)) => {
                 format!("found {}", joined(self.effects.clone(), "and"))
             }
+            (None, Some(Verdict::Partly)) => {
+                format!("partly {}", joined(self.effects.clone(), "and"))
+            }
             (None, Some(Verdict::None)) => "nothing missing".into(),
             (None, Some(Verdict::Unexplained)) => "unexplained".into(),
             (None, _) => "not diagnosed".into(),

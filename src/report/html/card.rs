@@ -26,7 +26,11 @@ pub(super) fn all(
     edition: &Edition,
 ) -> Markup {
     html! {
-        @if identified.verdict == Verdict::Unexplained { p { (explain::INCOMPLETE) } }
+        @match identified.verdict {
+            Verdict::Unexplained => p { (explain::INCOMPLETE) }
+            Verdict::Partly => p { (explain::IN_PART) }
+            _ => {}
+        }
         (table(figures))
         (flow_curve(card, figures, identified, edition))
         (bode(card, figures, edition))

@@ -6,7 +6,7 @@ use super::{card, convergence, model, ranking, signature, spectrum, tables, time
 use crate::card::Card;
 use crate::diagnose::{Identified, Verdict};
 use crate::model::Output;
-use crate::report::{Document, Edition, explain, met};
+use crate::report::{Document, Edition, explain, located, met};
 use maud::html;
 
 /// The page of a diagnosis, for this `edition`.
@@ -43,10 +43,11 @@ pub fn page(
             @for (output, rows) in &channels { (time::residuals(identified, *output, rows, edition)) }
         }))
         (section("signatures", match identified.verdict {
-            Verdict::Found => "What gave it away",
+            Verdict::Found | Verdict::Partly => "What gave it away",
             Verdict::None | Verdict::NotDiagnosed => "What the residual depends on",
             Verdict::Unexplained => "What is missing",
         }, html! {
+            @if let Some(located) = located(identified) { p { (located) } }
             @for figure in signature::all(identified, edition) { (figure) }
             @if let Some(form) = &document.free_form { (tables::free_form(form, edition)) }
         }))

@@ -18,7 +18,21 @@ pub(super) fn answer(identified: &Identified) -> String {
         (Verdict::None, _) => "The base model lacks nothing that this record shows.".into(),
         (Verdict::Unexplained, _) => unexplained(identified),
         (Verdict::NotDiagnosed, _) => not_diagnosed(identified),
-        (Verdict::Found, [one]) => {
+        (Verdict::Partly, _) => {
+            let share = 100.0 * identified.explained.unwrap_or(0.0);
+            format!(
+                "{} That is {share:.0} % of what is missing; the rest has no name.",
+                found(added, after)
+            )
+        }
+        (Verdict::Found, _) => found(added, after),
+    }
+}
+
+/// What was `added`, in one sentence.
+fn found(added: &[Added], after: &Fitted) -> String {
+    match added {
+        [one] => {
             let doubt = match doubts(one).as_str() {
                 "" => String::new(),
                 doubts => format!(" (this record cannot tell it from {doubts})"),
@@ -29,7 +43,7 @@ pub(super) fn answer(identified: &Identified) -> String {
                 spoken(one.effect)
             )
         }
-        (Verdict::Found, many) => {
+        many => {
             let one = |added: &Added| {
                 let doubt = match doubts(added).as_str() {
                     "" => String::new(),
@@ -162,9 +176,18 @@ fn value_of(
         .or_else(|| find(&|p| p.name == full))
 }
 
+/// What an effect is called in a text: its cause, and which form of it.
+fn words_of(effect: Effect) -> String {
+    let cause = effect.entry.cause().replace('_', " ");
+    match effect.entry.form() {
+        "usual" => cause,
+        form => format!("{cause} ({form})"),
+    }
+}
+
 /// An effect's name as it is spoken.
 pub(super) fn spoken(effect: Effect) -> String {
-    let name = effect.entry.name.replace('_', " ");
+    let name = words_of(effect);
     match effect.output {
         Some(output) if !effect.entry.finding.contains("{output}") => {
             format!("{name} of the {}", output.name())
@@ -178,11 +201,7 @@ pub(super) fn doubts(added: &Added) -> String {
     let mut names: Vec<String> = Vec::new();
     for other in &added.tied_with {
         let name = match other.output {
-            Some(output) => format!(
-                "{} of the {}",
-                other.entry.name.replace('_', " "),
-                output.name()
-            ),
+            Some(output) => format!("{} of the {}", words_of(*other), output.name()),
             None => spoken(*other),
         };
         if !names.contains(&name) {

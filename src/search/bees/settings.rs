@@ -132,6 +132,24 @@ impl Settings {
         }
     }
 
+    /// For many small searches at once, each over a space of few dimensions that a polish then follows up.
+    pub const fn scattered() -> Self {
+        Self {
+            itr: 3,
+            n: 32,
+            m: 4,
+            e: 1,
+            nep: 8,
+            nsp: 4,
+            ngh: Neighbourhood::Relative(0.1),
+            moves: Moves::Differences,
+            variant: Variant::Standard {
+                alpha: 0.8,
+                stlim: 10,
+            },
+        }
+    }
+
     /// Candidates of a generation after the initial scouts.
     pub const fn per_generation(&self) -> usize {
         self.e * self.nep + (self.m - self.e) * self.nsp + (self.n - self.m)

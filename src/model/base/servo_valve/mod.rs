@@ -343,7 +343,11 @@ impl<R: Real> ServoValveEquations<R> {
             || {
                 let zero = R::constant(0.0);
                 let speed = match &self.actuator {
-                    Some(actuator) => ports.speed(actuator.speed(state[INTEGRATOR], state[SPOOL])),
+                    // What is fed forward of the motion knows no flow force: that follows from where the spool is put.
+                    Some(actuator) => {
+                        let speed = actuator.speed(state[INTEGRATOR], state[SPOOL]);
+                        ports.speed(speed, &motion(actuator, state[SPOOL], speed, zero, zero))
+                    }
                     None => zero,
                 };
                 let spool = ports.place(self.spool(state, input), speed);
@@ -406,26 +410,6 @@ impl<R: Real> ServoValveEquations<R> {
         }
     }
 
-    /// How the spool moves, on this path, where it can stick with this slip direction.
-    #[inline(always)]
-    fn motion(
-        &self,
-        actuator: &Actuator<R>,
-        spool: R,
-        speed: R,
-        path: &Path<R>,
-        slip_direction: R,
-    ) -> Motion<R> {
-        Motion {
-            gain: actuator.gain(),
-            time_constant: actuator.time_constant(),
-            spool,
-            speed,
-            slip_direction,
-            load: self.load(path),
-        }
-    }
-
     /// The spool where its drive, with what pulls it, is zero: by the secant method.
     #[inline(always)]
     fn spool_at_rest<P: Ports<R>>(
@@ -443,7 +427,7 @@ impl<R: Real> ServoValveEquations<R> {
                     (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
                     let path = self.path(ports, state, input, true);
                     let (drive, _) = actuator.derivative(spool, spool, input.command);
-                    let motion = self.motion(actuator, spool, zero, &path, zero);
+                    let motion = motion(actuator, spool, zero, self.load(&path), zero);
                     ports.drive(drive, &motion) / actuator.gain()
                 };
                 let mut before = input.command;
@@ -457,8 +441,31 @@ impl<R: Real> ServoValveEquations<R> {
                     spool = change.abs().if_positive(next, spool);
                 }
                 (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
+                // Where something pulls behind the integrator, that leads by as much.
+                let load = self.load(&self.path(ports, state, input, true));
+                let pulled = ports.speed(zero, &motion(actuator, spool, zero, load, zero));
+                state[INTEGRATOR] = spool - actuator.time_constant() * pulled;
             },
         );
+    }
+}
+
+/// How a spool moves that has this `speed` and `load`, where it can stick with this slip direction.
+#[inline(always)]
+fn motion<R: Real>(
+    actuator: &Actuator<R>,
+    spool: R,
+    speed: R,
+    load: R,
+    slip_direction: R,
+) -> Motion<R> {
+    Motion {
+        gain: actuator.gain(),
+        time_constant: actuator.time_constant(),
+        spool,
+        speed,
+        slip_direction,
+        load,
     }
 }
 
@@ -517,10 +524,11 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 if let Some(actuator) = &self.actuator {
                     let (drive, speed) =
                         actuator.derivative(state[INTEGRATOR], state[SPOOL], input.command);
-                    let motion = self.motion(actuator, state[SPOOL], speed, &path, slip_direction);
+                    let load = self.load(&path);
+                    let motion = motion(actuator, state[SPOOL], speed, load, slip_direction);
                     let drive = ports.corrected_drive(drive, actuator.gain(), state[SPOOL], speed);
                     slope[INTEGRATOR] = ports.drive(drive, &motion);
-                    slope[SPOOL] = ports.speed(speed);
+                    slope[SPOOL] = ports.speed(speed, &motion);
                 }
                 if let Some(speed) = self.piston_speed {
                     *self.position(slope) = speed * path.load;
@@ -586,7 +594,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                     let path = self.path(ports, state, input, false);
                     let (drive, speed) =
                         actuator.derivative(state[INTEGRATOR], state[SPOOL], input.command);
-                    let motion = self.motion(actuator, state[SPOOL], speed, &path, zero);
+                    let motion = motion(actuator, state[SPOOL], speed, self.load(&path), zero);
                     ports.slip_direction(drive, motion)
                 },
             ),
@@ -615,8 +623,9 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         let (drive, _) = actuator.derivative(state[INTEGRATOR], state[SPOOL], end.command);
         let earlier = self.path(ports, before, start, false);
         let path = self.path(ports, state, end, false);
-        let began = self.motion(actuator, before[SPOOL], speed, &earlier, slip_direction);
-        let rests = self.motion(actuator, state[SPOOL], zero, &path, zero);
+        let began = self.load(&earlier);
+        let began = motion(actuator, before[SPOOL], speed, began, slip_direction);
+        let rests = motion(actuator, state[SPOOL], zero, self.load(&path), zero);
         (state[INTEGRATOR], state[SPOOL]) =
             ports.end_step(state[INTEGRATOR], state[SPOOL], drive, &began, &rests, step);
     }

@@ -1,0 +1,250 @@
+//! Where a model fails: it is cut at the measured spool, and each piece is fitted for itself.
+//!
+//! The piece from command to spool knows nothing of the flow, that from the *measured* spool to the flow nothing of what moved
+//! it. What fails says where something is missing, also where it has no name.
+
+use super::evidence::{QUICK, set_start};
+use super::fitted::Fitted;
+use super::measurements::{Measurements, starts};
+use super::simulation::{Compared, residual};
+use super::statistics::bootstrap::{MeanSquare, mean_square};
+use super::statistics::noise::Noise;
+use super::verdict::NEAR;
+use crate::evaluate::problem::{Data, Series};
+use crate::evaluate::{Interrupt, Problem, reference};
+use crate::model::base::servo_valve::SPOOL_GAIN;
+use crate::model::effects::{Effect, Port};
+use crate::model::{Complete, Drive, Hold, Output, Outputs, Structure};
+use crate::search::polish_on_data;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A part of valve and bench that a cut tells from the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    /// Before the spool: command, actuator.
+    BeforeSpool,
+    /// The sensor of the spool: the flow follows the command, and neither follows what the sensor shows.
+    SpoolSensor,
+    /// Behind the spool: openings, flow path, supply, flow meter.
+    BehindSpool,
+    /// Before the spool, or at its sensor, and behind it, too.
+    Several,
+}
+
+impl Place {
+    /// As the end of a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::BeforeSpool => "before the spool, in command or actuator",
+            Self::SpoolSensor => "at the sensor of the spool",
+            Self::BehindSpool => "behind the spool, in openings, flow path, supply or flow meter",
+            Self::Several => {
+                "in more than one place, before the spool or at its sensor, and behind it"
+            }
+        }
+    }
+}
+
+/// Where something is missing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Located {
+    /// Where.
+    pub place: Place,
+    /// The chance that every cut is on the side of the noise on which it is taken to be, from 0 to 1.
+    pub confidence: f64,
+    /// Held-out error over the noise, fitted alone: of the spool for the command.
+    pub spool: f64,
+    /// Of the flow for the measured spool, whose noise is in it.
+    pub path: f64,
+    /// Of the flow for the command.
+    pub chain: f64,
+}
+
+/// A piece of the model on its rows held out: its error over the noise, and the chance that this is too large.
+struct Piece {
+    ratio: f64,
+    fails: f64,
+}
+
+/// Where `fitted` fails; `None` where it has no two pieces, where one does not fit at all, or where none fails.
+pub(super) fn located(
+    fitted: &Fitted,
+    measurements: &Measurements,
+    noise: &BTreeMap<String, Noise>,
+    interrupt: &Interrupt,
+) -> Option<Located> {
+    let structure = &fitted.problem.structure;
+    let observes_both = [Output::Spool, Output::Flow].map(|output| structure.observes(output));
+    let moves = structure.servo_valve()?.drive == Drive::Actuator;
+    if observes_both != [true, true] || !moves || structure.free_form.is_some() {
+        return None;
+    }
+    let both = |records: &[Series]| -> Vec<Series> {
+        let both = |one: &&Series| one.measured[Output::Spool] && one.measured[Output::Flow];
+        records.iter().filter(both).cloned().collect()
+    };
+    let [fit, hold_out] = [&measurements.fit, &measurements.hold_out].map(|side| both(side));
+    let cut = Cut {
+        fitted,
+        interrupt,
+        noise: Outputs::from_fn(|output| noise.get(output.name()).map_or(0.0, |one| one.value)),
+    };
+    let before = |effect: &Effect| matches!(effect.entry.port, Port::Command | Port::Actuator);
+    let of = |effect: &Effect, output| effect.output == Some(output);
+    let commanded = [fit.clone(), hold_out.clone()];
+    let spool = cut.piece(Output::Spool, false, commanded.clone(), |effect| {
+        before(effect) || of(effect, Output::Spool)
+    })?;
+    let chain = cut.piece(Output::Flow, false, commanded, |effect| {
+        !of(effect, Output::Spool)
+    })?;
+    let measured = [fit, hold_out].map(|side| cut.from_the_spool(side));
+    let path = cut.piece(Output::Flow, true, measured, |effect| {
+        !before(effect) && !of(effect, Output::Spool)
+    })?;
+    place_of(&spool, &path, &chain)
+}
+
+/// What the pieces say together.
+fn place_of(spool: &Piece, path: &Piece, chain: &Piece) -> Option<Located> {
+    let fails = |piece: &Piece| piece.fails > 0.5;
+    let place = match (fails(spool), fails(path)) {
+        (true, false) => Place::BeforeSpool,
+        (false, true) => Place::BehindSpool,
+        (true, true) if !fails(chain) => Place::SpoolSensor,
+        (true, true) => Place::Several,
+        (false, false) => return None,
+    };
+    let sure = |piece: &Piece| piece.fails.max(1.0 - piece.fails);
+    let mut confidence = sure(spool) * sure(path);
+    if fails(spool) && fails(path) {
+        confidence *= sure(chain);
+    }
+    Some(Located {
+        place,
+        confidence,
+        spool: spool.ratio,
+        path: path.ratio,
+        chain: chain.ratio,
+    })
+}
+
+struct Cut<'a> {
+    fitted: &'a Fitted,
+    interrupt: &'a Interrupt,
+    noise: Outputs<f64>,
+}
+
+impl Cut<'_> {
+    /// The measured spool in the unit of the command.
+    fn spool(&self, measured: f64) -> f64 {
+        let parameters = self.fitted.problem.parameters.iter();
+        let mut own = parameters.zip(self.fitted.values.as_slice());
+        let gain = own.find(|(one, _)| one.name == SPOOL_GAIN);
+        measured / gain.map_or(1.0, |(_, gain)| *gain)
+    }
+
+    /// `records` with the measured spool in the place of the command.
+    fn from_the_spool(&self, mut records: Vec<Series>) -> Vec<Series> {
+        for sample in records.iter_mut().flat_map(|record| &mut record.samples) {
+            sample.input.command = self.spool(sample.target[Output::Spool]);
+        }
+        records
+    }
+
+    /// The part of the model that gives `output` for the command, or for a spool that stands in the command's place, with the
+    /// effects that it `has`: fitted to the first of these records, and judged by the second.
+    fn piece(
+        &self,
+        output: Output,
+        from_spool: bool,
+        [fit, hold_out]: [Vec<Series>; 2],
+        has: impl Fn(&Effect) -> bool,
+    ) -> Option<Piece> {
+        let structure = self.structure(output, from_spool, has);
+        let mut parameters = structure.parameters();
+        let known = &self.fitted.problem.parameters;
+        for parameter in &mut parameters {
+            let mut values = known.iter().zip(self.fitted.values.as_slice());
+            if let Some((other, &value)) = values.find(|(other, _)| other.name == parameter.name) {
+                *parameter = other.clone();
+                parameter.set_nominal(parameter.clamp(value));
+            }
+        }
+        let mut problem = Problem::new(structure, parameters, Data::Series(fit));
+        problem.scale = Outputs::from_fn(|one| match one == output {
+            true => self.noise[one].powi(-2),
+            false => 0.0,
+        });
+        let free = problem.free();
+        if !free.is_empty() {
+            let start = problem.start();
+            let polished = polish_on_data(&problem, self.interrupt, &free, &start, &QUICK).ok()?;
+            set_start(&mut problem, &polished.values);
+        }
+        problem.data = Arc::new(Data::Series(hold_out));
+        let values = Complete::nominal(&problem.parameters);
+        let Data::Series(records) = &*problem.data else {
+            return None;
+        };
+        let simulated = reference::trajectories(&problem.structure, &values, records);
+        let compared = Compared::all(records, &simulated);
+        let residual = residual(&compared, output);
+        let floor = match from_spool {
+            true => self.noise[output].hypot(self.passed_on(&simulated, records)),
+            false => self.noise[output],
+        };
+        let MeanSquare { mean, error } = mean_square(&residual, &starts(records));
+        if !(mean.is_finite() && floor > 0.0) {
+            return None;
+        }
+        let above = (mean - (NEAR * floor).powi(2)) / error.max(f64::MIN_POSITIVE);
+        Some(Piece {
+            ratio: mean.sqrt() / floor,
+            fails: Normal::standard().cdf(above),
+        })
+    }
+
+    /// The noise of the spool in the flow that is simulated for it.
+    fn passed_on(&self, simulated: &[Vec<Outputs<f64>>], records: &[Series]) -> f64 {
+        let pairs = || {
+            let rows = records.iter().flat_map(|record| &record.samples);
+            let spools = rows.map(|sample| sample.input.command);
+            spools.zip(simulated.iter().flatten().map(|one| one[Output::Flow]))
+        };
+        let (product, square) = pairs().fold((0.0, 0.0), |(product, square), (spool, flow)| {
+            (product + spool * flow, square + spool * spool)
+        });
+        let gain = if square > 0.0 { product / square } else { 0.0 };
+        gain * self.spool(self.noise[Output::Spool])
+    }
+
+    fn structure(
+        &self,
+        output: Output,
+        from_spool: bool,
+        has: impl Fn(&Effect) -> bool,
+    ) -> Structure {
+        let mut structure = self.fitted.problem.structure.clone();
+        structure.observed = vec![output];
+        structure.effects.retain(has);
+        if let Some(base) = structure.servo_valve_mut() {
+            if output == Output::Spool {
+                base.valve = None;
+            } else {
+                base.spool_unit = None;
+            }
+            if from_spool {
+                base.drive = Drive::Direct;
+            }
+        }
+        if from_spool {
+            structure.hold = Hold::Interpolated;
+        }
+        structure
+    }
+}

@@ -1,0 +1,144 @@
+//! Every effect on top of a model, from starts that owe nothing to that model's fit.
+//!
+//! What a fit has come to rest in may be a valley that imitates what is missing: from there no effect promises anything.
+
+use super::evidence::{Evidence, Model, Side, Start};
+use crate::Result;
+use crate::evaluate::{Evaluator, Problem};
+use crate::model::effects::Effect;
+use crate::model::{Parameter, Scale};
+use crate::search::polish::PolishOptions;
+use crate::search::{Settings, Start as From};
+use rayon::prelude::*;
+use std::ops::ControlFlow;
+
+/// A polish that shows which way a start leads.
+const SHORT: PolishOptions = PolishOptions {
+    max_iterations: 6,
+    gradient_tolerance: 1e-4,
+    step_tolerance: 1e-4,
+    cost_tolerance: 1e-4,
+    damping: 1e-3,
+};
+/// Most effects that are polished to the end.
+const FOLLOWED: usize = 6;
+/// What a model has is sought this factor around its fit.
+const AROUND: f64 = 3.0;
+/// The same where it can be of either sign: this share of its range around it.
+const BESIDE: f64 = 0.05;
+/// Sizes from this share of the largest on are sought alike.
+const SMALLEST: f64 = 1e-4;
+
+/// `model` with each of `effects` that lead somewhere, and the candidates evaluated for them.
+pub(super) fn widely(
+    evidence: &Evidence,
+    model: &Model,
+    effects: &[Effect],
+    evaluator: &mut dyn Evaluator,
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+) -> Result<(Vec<(Effect, Model)>, usize)> {
+    let problems: Vec<(Effect, Problem)> = effects
+        .iter()
+        .filter_map(|&effect| Some((effect, problem(evidence, model, effect)?)))
+        .collect();
+    let spaces: Vec<Problem> = problems
+        .iter()
+        .map(|(effect, problem)| space(evidence, *effect, problem))
+        .collect();
+    let (found, mut evaluations) = evidence.searched(
+        &spaces,
+        &Settings::scattered(),
+        Some(From::Uniform),
+        evaluator,
+        progress,
+    )?;
+    let mut led: Vec<(f64, Effect, Problem)> = problems
+        .into_par_iter()
+        .zip(found)
+        .filter_map(|((effect, mut problem), found)| {
+            for (own, found) in problem.parameters.iter_mut().zip(&found.parameters) {
+                own.set_nominal(own.clamp(found.nominal()));
+            }
+            let (cost, problem) = evidence.polished_a_little(problem, &SHORT)?;
+            Some((cost, effect, problem))
+        })
+        .collect();
+    led.sort_by(|a, b| a.0.total_cmp(&b.0));
+    led.truncate(FOLLOWED);
+    let models: Vec<(Effect, Model)> = led
+        .into_par_iter()
+        .filter_map(|(_, effect, problem)| Some((effect, evidence.polished(problem)?)))
+        .filter(|(_, one)| one.loss(Side::Fit) < model.loss(Side::Fit))
+        .collect();
+    evaluations += models.iter().map(|(_, one)| one.evaluations).sum::<usize>();
+    Ok((models, evaluations))
+}
+
+/// `model` with `effect`, what imitates it taken back.
+fn problem(evidence: &Evidence, model: &Model, effect: Effect) -> Option<Problem> {
+    let start = Start::all(&effect, &evidence.sizes).pop()?;
+    Some(evidence.extended(model, effect, &start))
+}
+
+/// The same with the bounds in which it is sought: around the fit what the model has, everywhere what is new.
+fn space(evidence: &Evidence, effect: Effect, problem: &Problem) -> Problem {
+    let mut space = problem.clone();
+    let own: Vec<String> = effect
+        .parameters(&evidence.sizes)
+        .into_iter()
+        .map(|one| one.name)
+        .collect();
+    let free = space.parameters.iter_mut().filter(|one| !one.is_fixed());
+    for parameter in free {
+        let imitates = effect.entry.imitated_by.contains(&parameter.name.as_str());
+        match own.contains(&parameter.name) {
+            true => at_all_sizes(parameter),
+            false if imitates => parameter.low = parameter.low.max(parameter.high / 1e3),
+            false => around(parameter),
+        }
+        parameter.set_nominal(parameter.clamp(parameter.nominal()));
+    }
+    space
+}
+
+/// Lets small values of what cannot be negative be tried as often as large ones.
+fn at_all_sizes(parameter: &mut Parameter) {
+    if parameter.scale == Scale::Linear && parameter.low == 0.0 && parameter.high > 0.0 {
+        parameter.scale = Scale::Log;
+        parameter.low = SMALLEST * parameter.high;
+    }
+}
+
+fn around(parameter: &mut Parameter) {
+    let value = parameter.nominal();
+    let (low, high) = match parameter.scale {
+        Scale::Log => (value / AROUND, value * AROUND),
+        Scale::Linear => {
+            let far = value.abs().max(BESIDE * (parameter.high - parameter.low));
+            (value - far, value + far)
+        }
+    };
+    parameter.low = parameter.low.max(low);
+    parameter.high = parameter.high.min(high);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_new_is_sought_at_all_sizes_and_what_is_there_around_its_value() {
+        let mut size = Parameter::linear("friction", "V", 0.0, 0.0, 3.0);
+        at_all_sizes(&mut size);
+        assert_eq!((size.scale, size.high), (Scale::Log, 3.0));
+        assert!((size.low - 3e-4).abs() < 1e-12);
+        let mut signed = Parameter::linear("null_bias", "V", -3.0, 0.0, 3.0);
+        at_all_sizes(&mut signed);
+        assert_eq!((signed.scale, signed.low), (Scale::Linear, -3.0));
+        let mut gain = Parameter::log("gain", "1/s", 1.0, 200.0, 500.0);
+        around(&mut gain);
+        assert_eq!((gain.low, gain.high), (200.0 / 3.0, 500.0));
+        around(&mut signed);
+        assert!((signed.low + 0.3).abs() < 1e-12 && (signed.high - 0.3).abs() < 1e-12);
+    }
+}

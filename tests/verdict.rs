@@ -1,0 +1,155 @@
+//! What a verdict claims, and where something is missing that has no name.
+
+use crate::program::{json, printed, servobee};
+use serde_json::Value;
+use servobee::scorecard::{Outcome, Plan, run};
+use std::path::Path;
+use std::sync::Mutex;
+
+/// The report on a record of the rig with `planted`, where `effects` are looked for, and what is printed.
+fn identified(folder: &Path, planted: &str, effects: &str) -> (Value, String) {
+    let make = [
+        "synthesize",
+        "--effect",
+        planted,
+        "--seconds",
+        "6",
+        "--out",
+        "record.csv",
+        "--force",
+    ];
+    printed(&servobee(folder, &make));
+    let call = [
+        "identify",
+        "record.csv",
+        "--effects",
+        effects,
+        "--evaluator",
+        "cpu",
+        "--out",
+        "out",
+        "--force",
+    ];
+    let printed = printed(&servobee(folder, &call));
+    (json(folder.join("out/report.json")), printed)
+}
+
+#[test]
+fn what_has_no_name_is_located_by_cuts_at_the_measured_spool() {
+    let folder = tempfile::tempdir().unwrap();
+    for (planted, place, words) in [
+        ("slew_limit~command=300", "before_spool", "before the spool"),
+        ("hysteresis=0.2", "before_spool", "before the spool"),
+        ("overlap=8", "behind_spool", "behind the spool"),
+        ("supply_droop=0.06", "behind_spool", "behind the spool"),
+        ("sensor_lag.flow=0.01", "behind_spool", "behind the spool"),
+        (
+            "sensor_lag=0.004",
+            "spool_sensor",
+            "at the sensor of the spool",
+        ),
+    ] {
+        let (report, printed) = identified(folder.path(), planted, "null_bias");
+        assert_eq!(report["verdict"], "unexplained", "{planted}");
+        let located = &report["located"];
+        assert_eq!(located["place"], place, "{planted}: {located}");
+        assert!(
+            located["confidence"].as_f64().unwrap() > 0.8,
+            "{planted}: {located}"
+        );
+        assert!(
+            printed.contains(&format!("What has no name acts {words}")),
+            "{printed}"
+        );
+    }
+    // One channel has no cut.
+    let (report, _) = identified(folder.path(), "overlap=8", "none");
+    assert_eq!(report["located"], Value::Null);
+}
+
+#[test]
+fn what_explains_most_and_not_all_is_a_part_and_the_rest_is_located() {
+    let folder = tempfile::tempdir().unwrap();
+    let (report, printed) = identified(folder.path(), "overlap=15,hysteresis=0.1", "overlap");
+    assert_eq!(report["verdict"], "partly", "{printed}");
+    assert_eq!(report["effects"][0]["name"], "overlap");
+    assert_eq!(report["located"]["place"], "before_spool");
+    assert!(printed.contains("Verdict: partly. The base model lacks overlap, and something else"));
+    // Of a model that is known to be incomplete no figure has an interval.
+    for figure in report["card"].as_array().unwrap() {
+        assert_eq!(figure["low"], Value::Null, "{figure}");
+    }
+    let (whole, _) = identified(
+        folder.path(),
+        "overlap=15,hysteresis=0.1",
+        "overlap,hysteresis",
+    );
+    assert_eq!(whole["verdict"], "found");
+    assert_eq!(whole["located"], Value::Null);
+}
+
+#[test]
+fn what_comes_closest_is_told_where_nothing_fits() {
+    let folder = tempfile::tempdir().unwrap();
+    let (report, printed) = identified(folder.path(), "friction=0.3", "hysteresis,null_bias");
+    assert_eq!(report["verdict"], "unexplained", "{printed}");
+    let nearest = report["nearest"].as_array().unwrap();
+    assert_eq!(nearest[0]["name"], "hysteresis", "{nearest:?}");
+    let explained = nearest[0]["explained"].as_f64().unwrap();
+    assert!(0.0 < explained && explained < 0.8, "{explained}");
+    assert!(printed.contains("Of the error above the noise come closest: hysteresis ("));
+}
+
+#[test]
+fn a_cause_is_named_at_its_other_place_too_with_its_form() {
+    let plan = Plan {
+        seed: 1,
+        ..Plan::default()
+    };
+    let cases = [
+        "forms/slew_limit~windup/3x/0",
+        "forms/friction~windup/6x/0",
+        // No start near the base model's fit leads there.
+        "forms/stroke_limit~windup/6x/1",
+    ];
+    let cases: Vec<_> = cases.iter().map(|id| plan.case(id).unwrap()).collect();
+    let rows = Mutex::new(Vec::new());
+    run(&cases, 1, 2, |row| {
+        rows.lock().unwrap().push(row);
+        Ok(())
+    })
+    .unwrap();
+    for row in rows.into_inner().unwrap() {
+        assert_eq!(
+            row.outcome,
+            Outcome::Right,
+            "{}: {} [{}]",
+            row.case,
+            row.verdict,
+            row.named
+        );
+        assert!(
+            row.base > 2.5 && row.after < 1.1,
+            "{}: {} {}",
+            row.case,
+            row.base,
+            row.after
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (report, _) = identified(folder.path(), "slew_limit~windup=250", "slew_limit");
+    assert_eq!(report["verdict"], "found");
+    assert_eq!(report["asked"], serde_json::json!(["slew_limit"]));
+    let effect = &report["effects"][0];
+    assert_eq!(
+        (&effect["name"], &effect["form"]),
+        (&"slew_limit".into(), &"windup".into())
+    );
+    let own = report["parameters"].as_array().unwrap();
+    let limit = own
+        .iter()
+        .find(|one| one["name"] == "slew_limit_windup")
+        .unwrap();
+    let value = limit["value"].as_f64().unwrap();
+    assert!((value - 250.0).abs() < 5.0, "{value}");
+}

@@ -23,7 +23,7 @@
 //! - [`card`]: the figures of a datasheet, as they follow from a fitted model and as the measured curves show them.
 //! - [`compare`]: two diagnoses, of before and after a repair: one structure fitted to both, and what changed.
 //! - [`report`]: what a run tells and leaves behind.
-//! - [`session`]: the way through all of them, from records to a page, in one call.
+//! - [`session`]: the way through all of them, from records or the curves of a datasheet to a page, in one call.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
 //! Each of them knows only those above it. Beside them stand `rig`, which makes records with planted effects from equations

@@ -6,6 +6,7 @@
 #   SERVOBEE_SKIP_GPU=1      comparisons of GPU and CPU: a Vulkan driver (Mesa's in software)
 #   SERVOBEE_SKIP_BROWSER=1  the report in a browser: chromium
 #   SERVOBEE_SKIP_FMU=1      exported models in other tools: Python with tests/export/requirements.txt
+#   SERVOBEE_SKIP_PYTHON=1   the Python package: Python with python/tests/requirements.txt
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -51,47 +52,63 @@ has_browser() {
     command -v chromium chromium-browser google-chrome > /dev/null
 }
 
-# A Python of our own, with what the requirements name.
+# A Python of our own in the folder $2, with what the requirements in $3 name, for the tests that SERVOBEE_SKIP_$1=1 leaves out.
 install_python() {
-    local tools=target/tools requirements=tests/export/requirements.txt
-    if ! cmp -s "$requirements" "$tools/installed.txt"; then
-        python3 -c 'import venv, ensurepip' 2> /dev/null || install FMU python3 python3-venv
-        echo "run.sh: installing Python packages: $(tr '\n' ' ' < "$requirements")"
-        python3 -m venv --clear "$tools" &&
-            "$tools/bin/pip" install -q --disable-pip-version-check -r "$requirements" ||
-            fail "Installing Python packages failed: set SERVOBEE_SKIP_FMU=1 to leave those tests out"
-        cp "$requirements" "$tools/installed.txt"
-    fi
-    SERVOBEE_PYTHON=$PWD/$tools/bin/python
-    export SERVOBEE_PYTHON
+    local group=$1 tools=$2 requirements=$3
+    cmp -s "$requirements" "$tools/installed.txt" && return 0
+    python3 -c 'import venv, ensurepip' 2> /dev/null || install "$group" python3 python3-venv
+    echo "run.sh: installing Python packages: $(tr '\n' ' ' < "$requirements")"
+    python3 -m venv --clear "$tools" &&
+        "$tools/bin/pip" install -q --no-compile --disable-pip-version-check -r "$requirements" ||
+        fail "Installing Python packages failed: set SERVOBEE_SKIP_$group=1 to leave those tests out"
+    cp "$requirements" "$tools/installed.txt"
 }
 
 command -v cargo > /dev/null || fail 'There is no cargo: install Rust with rustup'
 command -v cc > /dev/null || fail 'There is no C compiler: install one (on Debian: apt-get install gcc libc6-dev)'
 if wanted GPU && ! has_driver; then install GPU mesa-vulkan-drivers; fi
 if wanted BROWSER && ! has_browser; then install BROWSER chromium fonts-dejavu-core; fi
-if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then install_python; fi
+if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then
+    install_python FMU target/tools tests/export/requirements.txt
+    export SERVOBEE_PYTHON=$PWD/target/tools/bin/python
+fi
+if wanted PYTHON; then install_python PYTHON target/python python/tests/requirements.txt; fi
 
-# What users run, and compiled once for both. Each test binary prints what it skips; --no-fail-fast shows every failure at once.
+# What users run. With the whole workspace each time, so that all of it, the Python package too, has the same features of every
+# crate and is compiled once. Each test binary prints what it skips; --no-fail-fast shows every failure at once.
 # Many wait for programs that they have started: two tests for each core.
 export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc 2> /dev/null || echo 2)))}
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 status=0
-cargo test --release --locked --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
+cargo test --release --locked --workspace --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
 
-# A crate of somebody else's.
-if [ "$(cargo run --release --locked --quiet -p outside -- tests/data/bench.csv)" != delay ]; then
+# A crate of somebody else's, and an example.
+cargo build --release --locked --quiet --workspace --bins --examples || status=$?
+built=${CARGO_TARGET_DIR:-target}/release
+if [ "$("$built/outside" tests/data/bench.csv)" != delay ]; then
     echo 'run.sh: a crate that depends on servobee does not find the delay in tests/data/bench.csv' | tee -a "$log" >&2
     status=1
 fi
-if [ "$(cargo run --release --locked --quiet --example own -- tests/data/bench.csv target/own)" != delay ]; then
+if [ "$("$built/examples/own" tests/data/bench.csv target/own)" != delay ]; then
     echo 'run.sh: examples/own.rs does not find the delay in tests/data/bench.csv' | tee -a "$log" >&2
     status=1
 fi
 if grep -q '^\[profile\.release' Cargo.toml; then
     echo 'run.sh: crates that depend on servobee do not get its profile for release' | tee -a "$log" >&2
     status=1
+fi
+
+# The Python package as a user installs it; it shares what is compiled.
+if wanted PYTHON; then
+    { CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target} target/python/bin/pip install -q --disable-pip-version-check \
+        --force-reinstall --no-deps ./python &&
+        target/python/bin/python -m pytest -q -rs python/tests 2>&1 | tee -a "$log"; } || {
+        echo 'run.sh: the Python package does not install or fails its tests' | tee -a "$log" >&2
+        status=1
+    }
+else
+    echo 'SKIPPED: SERVOBEE_SKIP_PYTHON=1: the Python package was not tested' | tee -a "$log"
 fi
 
 # What is ready for a real GPU, with little work on the one that is here; and that it says what is missing.

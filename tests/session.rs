@@ -3,13 +3,14 @@
 use crate::program::{BENCH, bench, printed, servobee};
 use serde_json::Value;
 use servobee::Session;
+use servobee::diagnose::Cut;
 use servobee::evaluate::{
     Chosen, Cost, CpuEvaluator, Evaluator, Job, Loss, OwnLoss, Precision, choose,
 };
 use servobee::model::Real;
 use servobee::record::{Channel, Record, Series};
 use servobee::rig::Setup;
-use servobee::session::effects_named;
+use servobee::session::{Datasheet, effects_named};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -168,4 +169,48 @@ fn an_evaluator_of_ones_own_that_is_wrong_is_named_and_another_takes_over() {
         document.warnings
     );
     assert!(document.evaluator.contains("CPU"), "{}", document.evaluator);
+}
+
+#[test]
+fn numbers_that_no_record_can_be_cut_or_scaled_by_are_refused() {
+    let cut = |hold_out, rows| Session {
+        cut: Cut { hold_out, rows },
+        ..Session::default()
+    };
+    let scaled = |full_scale| Session {
+        full_scale: Some(full_scale),
+        ..Session::default()
+    };
+    for (session, words) in [
+        (
+            cut(2.0, 5000),
+            "--hold-out-share: is 2; give a number from 0.05 to 0.9",
+        ),
+        (cut(f64::NAN, 5000), "--hold-out-share: is NaN"),
+        (
+            cut(0.3, 10),
+            "--max-rows: is 10; give a whole number from 1000 on",
+        ),
+        (scaled(0.0), "--full-scale: is 0; give a number above zero"),
+        (scaled(f64::INFINITY), "--full-scale: is inf"),
+    ] {
+        let error = session.check().unwrap_err().to_string();
+        assert!(error.starts_with(words), "{error}");
+    }
+    for (drop, amplitude, words) in [
+        (500.0, None, "--drop: is 500; give a number from 1 to 400"),
+        (
+            10.0,
+            Some(0.0),
+            "--amplitude: is 0; give a number above 0, at most 100",
+        ),
+    ] {
+        let sheet = Datasheet {
+            drop,
+            amplitude,
+            ..Datasheet::default()
+        };
+        let error = sheet.prepare().unwrap_err().to_string();
+        assert_eq!(error, words);
+    }
 }

@@ -5,7 +5,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-RUSTDOCFLAGS="-D warnings" cargo doc --release --no-deps --locked --quiet
+RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps --locked --quiet
 list=${CARGO_TARGET_DIR:-target}/doc/servobee/all.html
 names() {
     grep -oE 'href="[^"#]+\.html"' "$list" | sed -E 's/href="(.*)\.html"/\1/' | grep '\.' | LC_ALL=C sort -u

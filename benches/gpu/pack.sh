@@ -9,8 +9,8 @@ kit=target/gpu
 rm -rf "$kit/bin"
 mkdir -p "$kit/bin" "$kit/debs"
 
-# The executables of one build, so that it is one set of features.
-built=$(cargo build --locked --profile "$profile" --bin servobee --bench gpu --test all --message-format=json |
+# The executables of one build, so that it is one set of features, that of tests/run.sh.
+built=$(cargo build --locked --workspace --profile "$profile" --bin servobee --bench gpu --test all --message-format=json |
     grep -o '"executable":"[^"]*"' | cut -d '"' -f 4)
 for name in servobee gpu all; do
     program=$(grep -E "/$name(-[0-9a-f]+)?$" <<< "$built")

@@ -15,10 +15,10 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub(super) struct DiagnosisOptions {
     /// Share of each record that is held out where no record is
-    #[arg(long, value_name = "SHARE", default_value_t = HOLD_OUT, value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value_t = HOLD_OUT)]
     hold_out_share: f64,
     /// Largest number of rows that are fitted and held out; of records that have more, stretches all along them are
-    #[arg(long, value_name = "N", default_value_t = ROWS, value_parser = rows)]
+    #[arg(long, value_name = "N", default_value_t = ROWS)]
     max_rows: usize,
     #[command(flatten)]
     reading: ReadingOptions,
@@ -74,19 +74,5 @@ impl DiagnosisOptions {
             edition: run.edition(),
             ..Session::default()
         })
-    }
-}
-
-fn share(text: &str) -> std::result::Result<f64, String> {
-    match text.parse() {
-        Ok(share) if (0.05..=0.9).contains(&share) => Ok(share),
-        _ => Err("a number from 0.05 to 0.9".into()),
-    }
-}
-
-fn rows(text: &str) -> std::result::Result<usize, String> {
-    match text.parse() {
-        Ok(rows) if rows >= 1000 => Ok(rows),
-        _ => Err("a whole number from 1000 on".into()),
     }
 }

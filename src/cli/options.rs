@@ -19,7 +19,7 @@ pub(super) struct RunOptions {
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
     /// Command at full scale, in its unit [default: 10 for V, 100 for %, otherwise the largest command]
-    #[arg(long, value_name = "NUMBER", value_parser = positive)]
+    #[arg(long, value_name = "NUMBER")]
     pub(super) full_scale: Option<f64>,
     /// Overwrite the results in a folder that exists
     #[arg(long)]
@@ -160,13 +160,6 @@ impl Options {
             );
         }
         Ok(chosen)
-    }
-}
-
-fn positive(text: &str) -> std::result::Result<f64, String> {
-    match text.parse() {
-        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
-        _ => Err("a number above zero".into()),
     }
 }
 

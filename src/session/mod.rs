@@ -8,6 +8,7 @@
 
 mod batch;
 mod compared;
+mod datasheet;
 mod diagnosed;
 mod files;
 mod prepared;
@@ -15,6 +16,7 @@ mod simulated;
 
 pub use batch::{RunningBatch, found};
 pub use compared::{Compared, Pair};
+pub use datasheet::{Datasheet, FittedSheets, PreparedSheets};
 pub use diagnosed::Diagnosed;
 pub use prepared::Prepared;
 pub use simulated::{Simulated, SimulatedChannel};
@@ -85,6 +87,28 @@ impl Default for Session {
 }
 
 impl Session {
+    /// Refuses numbers that no record can be cut or scaled by.
+    ///
+    /// # Errors
+    /// Those numbers.
+    pub fn check(&self) -> Result<()> {
+        let Cut { hold_out, rows } = self.cut;
+        let share = (0.05..=0.9).contains(&hold_out);
+        check(
+            share,
+            "--hold-out-share",
+            hold_out,
+            "a number from 0.05 to 0.9",
+        )?;
+        check(
+            rows >= 1000,
+            "--max-rows",
+            rows as f64,
+            "a whole number from 1000 on",
+        )?;
+        check_full_scale(self.full_scale)
+    }
+
     /// The records at `paths`.
     ///
     /// # Errors
@@ -112,7 +136,7 @@ impl Session {
     /// The problem that `records` pose, scored on those `held_out`.
     ///
     /// # Errors
-    /// Records in which nothing moves or no response was measured, that have not the same channels, that the model file does
+    /// As of [`Session::check`]; records in which nothing moves or no response was measured, that have not the same channels, that the model file does
     /// not suit, or in which an effect that was chosen has nothing to act on.
     pub fn prepare(&self, records: &[Record], held_out: &[Record]) -> Result<Prepared> {
         self.prepare_among(records, records, held_out)
@@ -126,6 +150,7 @@ impl Session {
         held_out: &[Record],
     ) -> Result<Prepared> {
         let started = Instant::now();
+        self.check()?;
         let all: Vec<&Record> = records.iter().chain(held_out).collect();
         all.iter().try_for_each(|record| record.check_response())?;
         check_mappings(&self.reading.mappings, &all)?;
@@ -245,4 +270,22 @@ pub fn effects_named(text: &str) -> Result<Vec<&'static Entry>> {
         }
     }
     Ok(effects)
+}
+
+/// Refuses the `value` of the option at `place` unless it is `right`.
+fn check(right: bool, place: &str, value: f64, wanted: &str) -> Result<()> {
+    match right {
+        true => Ok(()),
+        false => Err(Error::input(
+            place,
+            format!("is {value}"),
+            format!("give {wanted}"),
+        )),
+    }
+}
+
+fn check_full_scale(full_scale: Option<f64>) -> Result<()> {
+    let value = full_scale.unwrap_or(1.0);
+    let right = value > 0.0 && value.is_finite();
+    check(right, "--full-scale", value, "a number above zero")
 }

@@ -44,8 +44,9 @@ impl<'a> RunningBatch<'a> {
     /// One that begins in the folder `out`, which is made; in one that exists only by `force`.
     ///
     /// # Errors
-    /// It exists, or cannot be written.
+    /// As of [`Session::check`]; the folder exists, or cannot be written.
     pub fn begin(session: &'a Session, out: &Path, force: bool) -> Result<Self> {
+        session.check()?;
         OutputFolder::reserve(out, force)?;
         std::fs::create_dir_all(out.join("records")).map_err(|error| {
             Error::input(

@@ -1,8 +1,8 @@
-//! The files that `servobee datasheet` writes.
+//! The files of the fitted curves of a datasheet.
 
-use servobee::report::{Document, Edition, ModelFile, datasheet_page};
-use servobee::search::datasheet::Measured;
-use servobee::search::fitted_sheet::FittedSheet;
+use crate::report::{Document, Edition, ModelFile, datasheet_page};
+use crate::search::datasheet::Measured;
+use crate::search::fitted_sheet::FittedSheet;
 
 /// The files of the fitted sheets: a report of all, and a model and its points for each.
 pub(super) fn files(

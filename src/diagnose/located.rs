@@ -102,7 +102,7 @@ pub(super) fn located(
     let chain = cut.piece(Output::Flow, false, commanded, |effect| {
         !of(effect, Output::Spool)
     })?;
-    let measured = [fit, hold_out].map(|side| cut.from_the_spool(side));
+    let measured = [fit, hold_out].map(|side| cut.with_the_spool_as_command(side));
     let path = cut.piece(Output::Flow, true, measured, |effect| {
         !before(effect) && !of(effect, Output::Spool)
     })?;
@@ -149,7 +149,7 @@ impl Cut<'_> {
     }
 
     /// `records` with the measured spool in the place of the command.
-    fn from_the_spool(&self, mut records: Vec<Series>) -> Vec<Series> {
+    fn with_the_spool_as_command(&self, mut records: Vec<Series>) -> Vec<Series> {
         for sample in records.iter_mut().flat_map(|record| &mut record.samples) {
             sample.input.command = self.spool(sample.target[Output::Spool]);
         }

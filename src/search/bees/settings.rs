@@ -135,12 +135,12 @@ impl Settings {
     /// For many small searches at once, each over a space of few dimensions that a polish then follows up.
     pub const fn scattered() -> Self {
         Self {
-            itr: 3,
-            n: 32,
-            m: 4,
-            e: 1,
-            nep: 8,
-            nsp: 4,
+            itr: 5,
+            n: 48,
+            m: 6,
+            e: 2,
+            nep: 10,
+            nsp: 5,
             ngh: Neighbourhood::Relative(0.1),
             moves: Moves::Differences,
             variant: Variant::Standard {

@@ -31,6 +31,8 @@ const SAME_COST: f64 = 0.003;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
 const LEFT_OPEN: f64 = 1.3;
+/// Most of them that hop from valley to valley first, best first.
+const DEEPENED: usize = 2;
 /// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
 
@@ -264,19 +266,17 @@ impl<'a, 'b> Selection<'a, 'b> {
         if !self.stage.goes_on() {
             return Ok(None);
         }
-        let worthy = models
-            .iter()
-            .map(|(_, one)| one)
-            .filter(|one| self.worth(model, one));
-        let least = worthy.map(|one| one.loss(Side::HoldOut)).reduce(f64::min);
-        let left = least.unwrap_or(model.loss(Side::HoldOut));
+        self.deepen(model, &mut models, round);
+        let (left, none) = self.left(model, &models);
         // What one effect leaves the next rounds look at; the first is the one that must not be wrong.
-        if left > LEFT_OPEN && (round == 1 || least.is_none()) {
+        if left > LEFT_OPEN && (round == 1 || none) {
             self.widen(model, &screening, &mut models, round)?;
-            if !self.stage.goes_on() {
-                return Ok(None);
-            }
         }
+        if !self.stage.goes_on() {
+            return Ok(None);
+        }
+        // What is compared with this model later knows them, too.
+        self.refits.insert(names(model), models.clone());
         let accepted: Vec<&Model> = models
             .iter()
             .map(|(_, one)| one)
@@ -359,6 +359,34 @@ impl<'a, 'b> Selection<'a, 'b> {
         Ok(models)
     }
 
+    /// The least held-out cost of `model` and of those of `models` that are worth their effect, and whether none is.
+    fn left(&self, model: &Model, models: &[(Effect, Model)]) -> (f64, bool) {
+        let worthy = models.iter().filter(|(_, one)| self.worth(model, one));
+        let least = worthy
+            .map(|(_, one)| one.loss(Side::HoldOut))
+            .reduce(f64::min);
+        (least.unwrap_or(model.loss(Side::HoldOut)), least.is_none())
+    }
+
+    /// Where the best of the `models` leave much, they may have inherited a valley from `model`: they hop on to deeper ones.
+    fn deepen(&mut self, model: &Model, models: &mut [(Effect, Model)], round: usize) {
+        let (left, none) = self.left(model, models);
+        if left <= LEFT_OPEN || none || !self.stage.goes_on() {
+            return;
+        }
+        self.stage.begins(&format!("round {round}: deeper valleys"));
+        let cost = |i: &usize| models[*i].1.loss(Side::HoldOut);
+        let worthy = (0..models.len()).filter(|&i| self.worth(model, &models[i].1));
+        let mut best: Vec<usize> = worthy.collect();
+        best.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        for i in best.into_iter().take(DEEPENED) {
+            if let Some(deeper) = self.evidence.deepened(&models[i].1) {
+                self.evaluations += deeper.evaluations;
+                models[i].1 = deeper;
+            }
+        }
+    }
+
     /// Adds to the `models` with one effect more those of a wide search, where they are better.
     fn widen(
         &mut self,
@@ -387,8 +415,6 @@ impl<'a, 'b> Selection<'a, 'b> {
                 None => models.push((effect, one)),
             }
         }
-        // What is compared with this model later knows them, too.
-        self.refits.insert(names(model), models.clone());
         Ok(())
     }
 

@@ -14,7 +14,7 @@ use crate::evaluate::{Evaluator, Fingerprint, Memory, OwnLoss, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Complete, Output, Outputs, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions};
-use crate::search::{self, Method, Plan, RunningSearch, polish_on_data, run_in_lockstep};
+use crate::search::{self, Method, Plan, RunningSearch, hop_on, polish_on_data, run_in_lockstep};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -393,6 +393,17 @@ impl Evidence {
             hold_out,
             evaluations,
         })
+    }
+
+    /// `model` in the deepest valley that hops from it lead to; `None` where they lead nowhere.
+    pub(super) fn deepened(&self, model: &Model) -> Option<Model> {
+        let mut problem = self.problem(model.structure(), &self.base);
+        let (values, evaluations) =
+            hop_on(&problem, &model.problem.start(), self.seed, &self.memory);
+        set_start(&mut problem, &values?);
+        let mut deeper = self.polished(problem)?;
+        deeper.evaluations += evaluations;
+        (deeper.loss(Side::Fit) < model.loss(Side::Fit)).then_some(deeper)
     }
 
     /// Residuals of each observed channel at the problem's start, in units of noise; `None` where the model diverges.

@@ -4,7 +4,7 @@
 use super::fit::{Fit, Plan, Stoppable, fit, refine};
 use super::polish::{PolishOptions, polish};
 use crate::Result;
-use crate::evaluate::{Evaluator, Fingerprint, Problem};
+use crate::evaluate::{Evaluator, Fingerprint, Interrupt, Memory, Problem, reference};
 use crate::model::Parameter;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -56,12 +56,7 @@ pub fn fit_and_hop(
     };
     let interrupt = plan.memory.interrupt();
     let (values, evaluations): (Vec<f64>, usize) = plan.memory.once(key, || {
-        let mut hops = Hops {
-            problem,
-            plan,
-            free: &free,
-            evaluations: 0,
-        };
+        let mut hops = Hops::new(problem, &free, plan.seed, interrupt);
         let deepest = hops.deepest(&found);
         (deepest.values, hops.evaluations)
     });
@@ -77,6 +72,36 @@ pub fn fit_and_hop(
     })
 }
 
+/// Where hops lead to from the valley at `values`, and the candidates evaluated; `None` where there are so few free parameters
+/// that a search finds the deepest valley, or no hop leads deeper.
+pub(crate) fn hop_on(
+    problem: &Problem,
+    values: &[f64],
+    seed: u64,
+    memory: &Memory,
+) -> (Option<Vec<f64>>, usize) {
+    let free = problem.free();
+    if free.len() <= FEW {
+        return (None, 0);
+    }
+    let key = || {
+        let mut fingerprint = Fingerprint::default();
+        fingerprint.text("hops on").problem(problem);
+        fingerprint.values(values).finish()
+    };
+    let (found, evaluations): (Vec<f64>, usize) = memory.once(key, || {
+        let mut hops = Hops::new(problem, &free, seed, memory.interrupt());
+        let mut valley = Valley {
+            values: values.to_vec(),
+            cost: reference::cost(problem, values).unwrap_or(f64::INFINITY),
+        };
+        hops.polish_all(&mut valley, vec![problem.start()]);
+        let end = hops.chain(valley, &mut ChaCha8Rng::seed_from_u64(seed));
+        (end.values, hops.evaluations)
+    });
+    (Some(found).filter(|found| found != values), evaluations)
+}
+
 /// A valley's bottom.
 struct Valley {
     values: Vec<f64>,
@@ -86,12 +111,28 @@ struct Valley {
 /// Hops under way.
 struct Hops<'a> {
     problem: &'a Problem,
-    plan: &'a Plan,
     free: &'a [Parameter],
+    seed: u64,
+    interrupt: &'a Interrupt,
     evaluations: usize,
 }
 
-impl Hops<'_> {
+impl<'a> Hops<'a> {
+    fn new(
+        problem: &'a Problem,
+        free: &'a [Parameter],
+        seed: u64,
+        interrupt: &'a Interrupt,
+    ) -> Self {
+        Self {
+            problem,
+            free,
+            seed,
+            interrupt,
+            evaluations: 0,
+        }
+    }
+
     /// The deepest valley that chains of hops lead to, from the one that was `found`, from the start values, and from around
     /// these.
     fn deepest(&mut self, found: &Fit) -> Valley {
@@ -100,10 +141,10 @@ impl Hops<'_> {
             cost: found.cost().unwrap_or(f64::INFINITY),
         };
         self.polish_all(&mut valley, vec![self.problem.start()]);
-        let mut random = ChaCha8Rng::seed_from_u64(self.plan.seed);
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         let mut deepest = self.chain(valley, &mut random);
         for _ in 1..CHAINS {
-            if self.plan.memory.interrupt().asked() {
+            if self.interrupt.asked() {
                 break;
             }
             let mut valley = Valley {
@@ -140,7 +181,7 @@ impl Hops<'_> {
                 true => 0,
                 false => stagnant + 1,
             };
-            if stagnant == STAGNANT || self.plan.memory.interrupt().asked() {
+            if stagnant == STAGNANT || self.interrupt.asked() {
                 break;
             }
         }
@@ -172,11 +213,10 @@ impl Hops<'_> {
 
     /// Polishes from each of `starts`, and keeps the deepest of their valleys and this one.
     fn polish_all(&mut self, valley: &mut Valley, starts: Vec<Vec<f64>>) {
-        let interrupt = self.plan.memory.interrupt();
         let polished = |start: Vec<f64>| {
             let mut stoppable = Stoppable {
                 problem: self.problem,
-                interrupt,
+                interrupt: self.interrupt,
             };
             polish(&mut stoppable, self.free, &start, &ROUGH).ok()
         };

@@ -17,4 +17,5 @@ pub use bees::{Bees, Moves, Neighbourhood, Settings, Variant};
 pub use fit::{Fit, Plan, SearchResult, fit, fit_all, refine};
 pub(crate) use fit::{Stoppable, polish_on_data};
 pub use hop::fit_and_hop;
+pub(crate) use hop::hop_on;
 pub use lockstep::{RunningSearch, run_in_lockstep};

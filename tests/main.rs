@@ -7,6 +7,7 @@ mod bees;
 mod blocked;
 mod browser;
 mod card;
+mod ci;
 mod commands;
 mod common;
 mod compare;

@@ -7,13 +7,26 @@
 #   SERVOBEE_SKIP_BROWSER=1  the report in a browser: chromium
 #   SERVOBEE_SKIP_FMU=1      exported models in other tools: Python with tests/export/requirements.txt
 #   SERVOBEE_SKIP_PYTHON=1   the Python package: Python with python/tests/requirements.txt
+#
+# --quick runs only what another driver, compiler or processor can break: the modules of tests/main.rs that are named below.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+QUICK=(base_model bees effects evaluators faults gpu parity physics polish record shader)
 
 fail() {
     printf 'run.sh: %s\n' "$@" >&2
     exit 1
 }
+
+tests=()
+case "$*" in
+    '') ;;
+    --quick)
+        tests=(--test all)
+        export SERVOBEE_SKIP_BROWSER=1 SERVOBEE_SKIP_FMU=1 SERVOBEE_SKIP_PYTHON=1
+        ;;
+    *) fail "what is $*? bash tests/run.sh runs every test, bash tests/run.sh --quick the short ones" ;;
+esac
 
 # Installs Debian packages for the tests that SERVOBEE_SKIP_$1=1 leaves out.
 install() {
@@ -81,7 +94,22 @@ export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc 2> /dev/null || ech
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 status=0
-cargo test --release --locked --workspace --no-fail-fast -- --show-output 2>&1 | tee "$log" || status=$?
+cargo test --release --locked --workspace --no-fail-fast "${tests[@]}" -- --show-output ${tests:+"${QUICK[@]/%/::}"} 2>&1 |
+    tee "$log" || status=$?
+
+summary() {
+    echo
+    grep -aE '^test result:' "$log" | awk '
+        { passed += $4; failed += $6; ignored += $8 }
+        END { printf "run.sh: %d passed, %d failed, %d ignored\n", passed, failed, ignored }' || true
+    if grep -qaE '^(SKIPPED|NOT TESTED)' "$log"; then
+        echo "run.sh: not everything was tested:"
+        grep -aE '^(SKIPPED|NOT TESTED)' "$log" | sort -u
+    fi
+    [ "$status" -eq 0 ] || echo "run.sh: FAILED" >&2
+    exit "$status"
+}
+if [ "${#tests[@]}" -gt 0 ]; then summary; fi
 
 # A crate of somebody else's, and an example.
 cargo build --release --locked --quiet --workspace --bins --examples || status=$?
@@ -132,13 +160,4 @@ else
     echo 'NOT TESTED: licences of what is linked: there is no cargo-deny (cargo install cargo-deny)' | tee -a "$log"
 fi
 
-echo
-grep -aE '^test result:' "$log" | awk '
-    { passed += $4; failed += $6; ignored += $8 }
-    END { printf "run.sh: %d passed, %d failed, %d ignored\n", passed, failed, ignored }' || true
-if grep -qaE '^(SKIPPED|NOT TESTED)' "$log"; then
-    echo "run.sh: not everything was tested:"
-    grep -aE '^(SKIPPED|NOT TESTED)' "$log" | sort -u
-fi
-[ "$status" -eq 0 ] || echo "run.sh: FAILED" >&2
-exit "$status"
+summary

@@ -217,14 +217,21 @@ impl<'a, 'b> Selection<'a, 'b> {
         };
         let mut exchanges = 0;
         let mut round = 0;
+        // What an earlier choice leaves nothing of needs no other.
+        let mut suffices = false;
         while order.len() < self.max_effects && self.stage.goes_on() {
             round += 1;
-            let Some(next) = self.addition(&model, round, self.max_effects - order.len())? else {
+            suffices = suffices || (round > 1 && self.evidence.is_followed_by(&model));
+            let room = match suffices {
+                true => 1,
+                false => self.max_effects - order.len(),
+            };
+            let Some(next) = self.addition(&model, round, room)? else {
                 break;
             };
             order.extend(new(&next, &order));
             model = next;
-            while order.len() > 1 && exchanges < EXCHANGES && self.stage.goes_on() {
+            while !suffices && order.len() > 1 && exchanges < EXCHANGES && self.stage.goes_on() {
                 let Some(better) = self.exchange(&model, &order)? else {
                     break;
                 };
@@ -266,10 +273,12 @@ impl<'a, 'b> Selection<'a, 'b> {
         if !self.stage.goes_on() {
             return Ok(None);
         }
-        self.deepen(model, &mut models, round);
+        if round == 1 {
+            self.deepen(model, &mut models);
+        }
         let (left, none) = self.left(model, &models);
         // What one effect leaves the next rounds look at; the first is the one that must not be wrong.
-        if left > LEFT_OPEN && (round == 1 || none) {
+        if left > LEFT_OPEN && (round == 1 || none) && room > 1 {
             self.widen(model, &screening, &mut models, round)?;
         }
         if !self.stage.goes_on() {
@@ -369,12 +378,12 @@ impl<'a, 'b> Selection<'a, 'b> {
     }
 
     /// Where the best of the `models` leave much, they may have inherited a valley from `model`: they hop on to deeper ones.
-    fn deepen(&mut self, model: &Model, models: &mut [(Effect, Model)], round: usize) {
+    fn deepen(&mut self, model: &Model, models: &mut [(Effect, Model)]) {
         let (left, none) = self.left(model, models);
         if left <= LEFT_OPEN || none || !self.stage.goes_on() {
             return;
         }
-        self.stage.begins(&format!("round {round}: deeper valleys"));
+        self.stage.begins("round 1: deeper valleys");
         let cost = |i: &usize| models[*i].1.loss(Side::HoldOut);
         let worthy = (0..models.len()).filter(|&i| self.worth(model, &models[i].1));
         let mut best: Vec<usize> = worthy.collect();

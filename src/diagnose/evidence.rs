@@ -1,6 +1,6 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
-use super::fitted::{CHANCE, Fitted, left_over};
+use super::fitted::{CHANCE, Fitted, least_ratio, left_over};
 use super::linear::Linear;
 use super::measurements::{Measurements, starts};
 use super::signals::Signals;
@@ -8,6 +8,7 @@ use super::simulation::{Compared, Sides, residual_in_all_rows};
 use super::statistics::line::strongest_line;
 use super::statistics::noise::Noise;
 use super::unexcited::set_by_held_out;
+use super::verdict::NEAR;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, Fingerprint, Memory, OwnLoss, reference};
@@ -243,6 +244,24 @@ impl Evidence {
             .filter(|(_, left)| !left.structured)
             .map(|(output, _)| output)
             .collect()
+    }
+
+    /// Whether `model` leaves nothing but noise: nothing structured on the fitted rows, and on the held-out ones no more than there
+    /// may be of it.
+    pub(super) fn is_followed_by(&self, model: &Model) -> bool {
+        let observed = &model.structure().observed;
+        let values = Complete::nominal(&model.problem.parameters);
+        let trajectories =
+            |side| reference::trajectories(model.structure(), &values, self.records(side));
+        let [fit, hold_out] = [Side::Fit, Side::HoldOut].map(trajectories);
+        let floor = |output: Output| self.noise[output.name()].value;
+        let held_out = Compared::all(self.records(Side::HoldOut), &hold_out);
+        if least_ratio(&held_out, observed, floor) >= NEAR {
+            return false;
+        }
+        let fitted = Compared::all(self.records(Side::Fit), &fit);
+        let left = left_over(&fitted, observed, &self.noise);
+        left.iter().all(|left| !left.structured)
     }
 
     /// `structure` on the fitted rows: what the base model has as it is there, what is new with bounds that suit the

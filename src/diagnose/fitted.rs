@@ -1,8 +1,9 @@
 //! A fitted model with everything that follows from it: what it gives in every row, its errors, and what it leaves.
 
 use super::known::KnownRows;
-use super::measurements::Measurements;
+use super::measurements::{Measurements, starts};
 use super::simulation::{Compared, Errors, Sides, Trajectories, errors, residual};
+use super::statistics::bootstrap::mean_square;
 use super::statistics::noise::{Noise, NoiseRows, noise_floor};
 use super::statistics::residual::{Remaining, Residuals, remaining};
 use super::unexcited::{Unexcited, set_what_is_open};
@@ -185,6 +186,25 @@ impl Fitted {
         let range = variance(records(&self.problem), output).sqrt();
         self.integration_error[output.name()].max(SMALLEST_NOISE * range)
     }
+}
+
+/// The largest of what the error of each of `observed` is at least over its `floor`, with 97.5 % confidence.
+pub(super) fn least_ratio(
+    compared: &[Compared],
+    observed: &[Output],
+    floor: impl Fn(Output) -> f64,
+) -> f64 {
+    let ratios = observed.iter().map(|&output| {
+        let measuring = Compared::measuring(compared, output);
+        let starts = starts(measuring.iter().map(|one| one.series));
+        let least = mean_square(&residual(&measuring, output), &starts).least_root();
+        if least > 0.0 {
+            least / floor(output)
+        } else {
+            0.0
+        }
+    });
+    ratios.fold(0.0, f64::max)
 }
 
 /// What the residual of each of the channels `tested` still depends on, beyond the resolution where that is the noise.

@@ -2,7 +2,7 @@
 
 use super::attribution::{Added, Attribution, Decision, Selection, excess, worth};
 use super::evidence::{Evidence, Model, Side};
-use super::fitted::{Fitted, SMALLEST_NOISE, variance};
+use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{Between, OtherHold, complete_other_way, other_way};
 use super::identified::Identified;
@@ -10,9 +10,9 @@ use super::located::{Located, located};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
 use super::signature::{closest, of_effects, of_residual};
-use super::simulation::{Compared, Sides, residual, residual_in_all_rows};
+use super::simulation::{Compared, Sides, residual_in_all_rows};
 use super::stage::Stage;
-use super::statistics::bootstrap::{Improvement, improvement, mean_square};
+use super::statistics::bootstrap::{Improvement, improvement};
 use super::statistics::noise::Noise;
 use super::verdict::{Criteria, Verdict};
 use crate::Result;
@@ -315,16 +315,9 @@ impl Diagnosis<'_> {
     /// What the held-out error of every channel is at least over its `noise`.
     fn least_ratio(&self, fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> f64 {
         let compared = fitted.beside(self.measurements).hold_out;
-        let observed = fitted.problem.structure.observed.iter();
-        let ratios = observed.map(|&output| {
-            let measuring = Compared::measuring(&compared, output);
-            let starts = starts(measuring.iter().map(|one| one.series));
-            let least = mean_square(&residual(&measuring, output), &starts).least_root();
-            // What no file resolves, or no integrator, is none of the model's error.
-            let floor = noise[output.name()].value.max(fitted.least_error(output));
-            if least > 0.0 { least / floor } else { 0.0 }
-        });
-        ratios.fold(0.0, f64::max)
+        // What no file resolves, or no integrator, is none of the model's error.
+        let floor = |output: Output| noise[output.name()].value.max(fitted.least_error(output));
+        least_ratio(&compared, &fitted.problem.structure.observed, floor)
     }
 
     /// Where `fitted` fails.

@@ -22,8 +22,8 @@ const SHORT: PolishOptions = PolishOptions {
 };
 /// Most effects that are polished to the end.
 const FOLLOWED: usize = 6;
-/// What a model has is sought this factor around its fit.
-const AROUND: f64 = 3.0;
+/// What a model has is sought this factor around its fit: once in a space that is dense, once in one that is wide.
+const AROUND: [f64; 2] = [3.0, 10.0];
 /// The same where it can be of either sign: this share of its range around it.
 const BESIDE: f64 = 0.05;
 /// Sizes from this share of the largest on are sought alike.
@@ -37,13 +37,14 @@ pub(super) fn widely(
     evaluator: &mut dyn Evaluator,
     progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<(Vec<(Effect, Model)>, usize)> {
-    let problems: Vec<(Effect, Problem)> = effects
-        .iter()
-        .filter_map(|&effect| Some((effect, problem(evidence, model, effect)?)))
+    let one = |&effect: &Effect| Some((effect, problem(evidence, model, effect)?));
+    let problems = effects.iter().filter_map(one);
+    let problems: Vec<(Effect, Problem, f64)> = problems
+        .flat_map(|(effect, problem)| AROUND.map(|around| (effect, problem.clone(), around)))
         .collect();
     let spaces: Vec<Problem> = problems
         .iter()
-        .map(|(effect, problem)| space(evidence, *effect, problem))
+        .map(|(effect, problem, around)| space(evidence, *effect, problem, *around))
         .collect();
     let (found, mut evaluations) = evidence.searched(
         &spaces,
@@ -55,7 +56,7 @@ pub(super) fn widely(
     let mut led: Vec<(f64, Effect, Problem)> = problems
         .into_par_iter()
         .zip(found)
-        .filter_map(|((effect, mut problem), found)| {
+        .filter_map(|((effect, mut problem, _), found)| {
             for (own, found) in problem.parameters.iter_mut().zip(&found.parameters) {
                 own.set_nominal(own.clamp(found.nominal()));
             }
@@ -64,6 +65,12 @@ pub(super) fn widely(
         })
         .collect();
     led.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut effects = Vec::new();
+    led.retain(|(_, effect, _)| {
+        let first = !effects.contains(effect);
+        effects.push(*effect);
+        first
+    });
     led.truncate(FOLLOWED);
     let models: Vec<(Effect, Model)> = led
         .into_par_iter()
@@ -81,7 +88,7 @@ fn problem(evidence: &Evidence, model: &Model, effect: Effect) -> Option<Problem
 }
 
 /// The same with the bounds in which it is sought: around the fit what the model has, everywhere what is new.
-fn space(evidence: &Evidence, effect: Effect, problem: &Problem) -> Problem {
+fn space(evidence: &Evidence, effect: Effect, problem: &Problem, factor: f64) -> Problem {
     let mut space = problem.clone();
     let own: Vec<String> = effect
         .parameters(&evidence.sizes)
@@ -94,7 +101,7 @@ fn space(evidence: &Evidence, effect: Effect, problem: &Problem) -> Problem {
         match own.contains(&parameter.name) {
             true => at_all_sizes(parameter),
             false if imitates => parameter.low = parameter.low.max(parameter.high / 1e3),
-            false => around(parameter),
+            false => around(parameter, factor),
         }
         parameter.set_nominal(parameter.clamp(parameter.nominal()));
     }
@@ -109,10 +116,10 @@ fn at_all_sizes(parameter: &mut Parameter) {
     }
 }
 
-fn around(parameter: &mut Parameter) {
+fn around(parameter: &mut Parameter, factor: f64) {
     let value = parameter.nominal();
     let (low, high) = match parameter.scale {
-        Scale::Log => (value / AROUND, value * AROUND),
+        Scale::Log => (value / factor, value * factor),
         Scale::Linear => {
             let far = value.abs().max(BESIDE * (parameter.high - parameter.low));
             (value - far, value + far)
@@ -136,9 +143,9 @@ mod tests {
         at_all_sizes(&mut signed);
         assert_eq!((signed.scale, signed.low), (Scale::Linear, -3.0));
         let mut gain = Parameter::log("gain", "1/s", 1.0, 200.0, 500.0);
-        around(&mut gain);
+        around(&mut gain, 3.0);
         assert_eq!((gain.low, gain.high), (200.0 / 3.0, 500.0));
-        around(&mut signed);
+        around(&mut signed, 3.0);
         assert!((signed.low + 0.3).abs() < 1e-12 && (signed.high - 0.3).abs() < 1e-12);
     }
 }

@@ -90,18 +90,21 @@ fn the_catalogue_is_that_of_the_reference() {
         "friction~windup",
         "flow_force~windup",
         "stroke_limit~windup",
+        "stroke_limit~command",
         "friction",
         "flow_force",
         "stroke_limit",
         "overlap",
         "asymmetric_gain",
         "gain_curvature",
+        "flow_saturation",
         "leakage",
         "supply_droop",
         "compressibility",
         "line_resonance",
         "viscosity_drift",
         "sensor_lag",
+        "sensor_lag~second_order",
         "sensor_offset",
         "sensor_drift",
         "periodic_disturbance",
@@ -280,7 +283,8 @@ fn every_effect_is_seen_at_its_trials() {
             let largest = shown.iter().fold(0.0, |a: f64, b| a.max(*b));
             assert!(largest > 1e-3, "{effect}: {shown:?}");
             // A limit far above the motion is there to be found from, the others all show.
-            if !effect.entry.name.ends_with("limit") {
+            let limits = ["limit", "saturation"];
+            if !limits.iter().any(|end| effect.entry.cause().ends_with(end)) {
                 assert!(shown.iter().all(|d| *d > 1e-5), "{effect}: {shown:?}");
             }
         }
@@ -406,7 +410,7 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 34] = [
+const TWINS: [Twin; 37] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -447,6 +451,11 @@ const TWINS: [Twin; 34] = [
         "stroke_limit~windup",
         &[("stroke_limit_windup", 7.0)],
     ),
+    (
+        "stroke_limit~command=7",
+        "stroke_limit~command",
+        &[("stroke_limit_command", 7.0)],
+    ),
     ("overlap=4", "overlap", &[("overlap", 4.0)]),
     (
         "asymmetric_gain=0.08",
@@ -457,6 +466,20 @@ const TWINS: [Twin; 34] = [
         "gain_curvature=0.15",
         "gain_curvature",
         &[("gain_curvature", 0.15)],
+    ),
+    (
+        "flow_saturation=70",
+        "flow_saturation",
+        &[("flow_saturation", 70.0)],
+    ),
+    (
+        "sensor_lag~second_order.flow=0.01",
+        "sensor_lag~second_order.flow",
+        &[
+            // Two lags of half the time each, w = 2 / 0.01 s and D = 1, as near as may be.
+            ("sensor_frequency_flow", 100.0 / std::f64::consts::PI),
+            ("sensor_damping_flow", 0.9999),
+        ],
     ),
     (
         "leakage=1.5:width=4",

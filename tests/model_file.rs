@@ -329,6 +329,7 @@ fn any_structure() -> impl Strategy<Value = Structure> {
     };
     let area = prop_oneof![
         Just(AreaLaw::Linear),
+        Just(AreaLaw::Proportional),
         Just(AreaLaw::Edges),
         openings().prop_map(AreaLaw::Table),
         openings().prop_map(AreaLaw::Signed),

@@ -166,7 +166,11 @@ fn neutral_is_absent() {
     for kind in Kind::ALL {
         if matches!(
             kind,
-            Kind::DcGain | Kind::SlewLimit | Kind::StrokeLimit | Kind::LineResonance
+            Kind::DcGain
+                | Kind::SlewLimit
+                | Kind::StrokeLimit
+                | Kind::FlowSaturation
+                | Kind::LineResonance
         ) {
             continue;
         }

@@ -133,6 +133,15 @@ fn holds(report: &Value, name: &str, planted: f64, share: f64) {
     );
 }
 
+/// The same of the meter's offset, L/min, or of the bias of null that shows the same where the flow gain is `gain`.
+fn holds_offset(report: &Value, offset: f64, gain: f64) {
+    let parameters = report["parameters"].as_array().unwrap();
+    match parameters.iter().any(|one| one["name"] == "null_bias") {
+        true => holds(report, "null_bias", offset / gain, 0.02),
+        false => holds(report, "sensor_offset_flow", offset, 0.02),
+    }
+}
+
 #[test]
 fn a_slow_sweep_says_nothing_of_the_actuator_and_all_of_the_valve() {
     let (report, text) = SWEEP.identified(&[]);
@@ -157,7 +166,7 @@ fn a_slow_sweep_says_nothing_of_the_actuator_and_all_of_the_valve() {
     );
     holds(&report, "hysteresis", SWEEP.play, 0.02);
     holds(&report, "sensor_lag_flow", SWEEP.lag, 0.02);
-    holds(&report, "sensor_offset_flow", SWEEP.offset, 0.02);
+    holds_offset(&report, SWEEP.offset, FLOW_GAIN);
 }
 
 #[test]
@@ -169,7 +178,7 @@ fn a_valve_of_negative_polarity_and_a_meter_without_a_sign_are_taken_as_they_are
     .identified(&[]);
     assert!(text.contains("negative polarity"), "{text}");
     holds(&report, "sensor_lag_flow", SWEEP.lag, 0.02);
-    holds(&report, "sensor_offset_flow", -SWEEP.offset, 0.02);
+    holds_offset(&report, -SWEEP.offset, -FLOW_GAIN);
     let magnitude = Sweep {
         shown: f64::abs,
         offset: 0.0,

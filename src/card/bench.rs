@@ -149,7 +149,7 @@ impl Bench {
         match self.structure.valve().map(|valve| &valve.area) {
             Some(AreaLaw::Table(openings)) => openings[openings.len() - 1],
             Some(AreaLaw::Signed(openings)) => openings[openings.len() - 1].min(-openings[0]),
-            Some(AreaLaw::Linear | AreaLaw::Edges) | None => f64::INFINITY,
+            Some(AreaLaw::Linear | AreaLaw::Proportional | AreaLaw::Edges) | None => f64::INFINITY,
         }
     }
 

@@ -8,6 +8,9 @@ use crate::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
 use crate::model::{Hold, Initial, Output, Parameter, Polarity};
 use std::fmt::Write;
 
+/// No spool goes so many times as far as full scale.
+const FARTHEST: f64 = 10.0;
+
 /// The script for "Proportional and Servo-Valve Actuator" and "4-Way Directional Valve".
 pub fn script(model: &Model) -> String {
     let mut text = format!(
@@ -97,7 +100,12 @@ fn valve(model: &Model, form: &ValveForm) -> String {
         |name: &str, value: &str, comment: &str| assign(&mut text, "valve", name, value, comment);
     // The same area for all four orifices; older releases have no choice.
     match &form.area {
-        AreaLaw::Linear => {
+        AreaLaw::Linear | AreaLaw::Proportional => {
+            // The block's area ends at its maximum opening.
+            let most = match form.area {
+                AreaLaw::Linear => 1.0,
+                _ => FARTHEST,
+            };
             put(
                 "mdl_type_identical mdl_type",
                 "1",
@@ -105,11 +113,16 @@ fn valve(model: &Model, form: &ValveForm) -> String {
             );
             put(
                 "area_max",
-                &format!("{:?}", of("max_area")),
+                &format!("{:?}", most * of("max_area")),
                 "Maximum orifice area, cm^2",
             );
             put("area_max_unit", "cm^2", "its unit");
-            put("opening_max", "100", "Maximum opening, mm: 100 %");
+            let end = 100.0 * most;
+            put(
+                "opening_max",
+                &format!("{end}"),
+                &format!("Maximum opening, mm: {end} %"),
+            );
             put("opening_max_unit", "mm", "its unit");
         }
         AreaLaw::Table(openings) => {

@@ -34,6 +34,8 @@ pub fn area_name(number: usize) -> String {
 pub enum AreaLaw {
     /// A = h · A_max / h_max for 0 < h < h_max (paper eq. 2 with the opening that it drops).
     Linear,
+    /// A = h · A_max / h_max for every h > 0: a spool that passes full scale opens its ports further.
+    Proportional,
     /// Linear interpolation between an area at each of these openings (% of full scale, strictly rising, at least
     /// four); beyond the ends the end value holds.
     Table(Vec<f64>),
@@ -141,6 +143,9 @@ enum Areas<R> {
     Linear {
         max: R,
     },
+    Proportional {
+        max: R,
+    },
     Edges(Edges<R>),
     /// The first area, then slope, start and width of every segment.
     Table {
@@ -193,10 +198,12 @@ impl<R: Real> Valve<R> {
                     parameters,
                 ))
             }
-            AreaLaw::Linear => {
+            AreaLaw::Linear | AreaLaw::Proportional => {
                 let max = take(&|| Parameter::log(MAX_AREA, "cm2", 1e-4, 1.0, 100.0));
-                Areas::Linear {
-                    max: (max * square_metres).named(MAX_AREA),
+                let max = (max * square_metres).named(MAX_AREA);
+                match form.area {
+                    AreaLaw::Linear => Areas::Linear { max },
+                    _ => Areas::Proportional { max },
                 }
             }
             AreaLaw::Table(openings) | AreaLaw::Signed(openings) => {
@@ -268,6 +275,7 @@ impl<R: Real> Valve<R> {
             Areas::Linear { max } => {
                 *max * (opening * R::constant(0.01)).clamp(zero, R::constant(1.0))
             }
+            Areas::Proportional { max } => *max * (opening * R::constant(0.01)).max(zero),
             Areas::Table {
                 first, segments, ..
             } => {
@@ -427,6 +435,23 @@ mod tests {
             let expected = full * f64::min(x / 100.0, 1.0);
             assert!((valve.flow(x, &RATED) / expected - 1.0).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn a_proportional_area_goes_on_growing_beyond_full_scale() {
+        let values = &[("max_area", 7.598)];
+        let [proportional, linear] = [AreaLaw::Proportional, AreaLaw::Linear].map(|area| {
+            let form = ValveForm {
+                area,
+                ..ValveForm::linear()
+            };
+            valve(&form, values)
+        });
+        for x in [-100.0, -3.0, 0.0, 60.0, 100.0] {
+            assert_eq!(proportional.flow(x, &RATED), linear.flow(x, &RATED), "{x}");
+        }
+        let ratio = proportional.flow(130.0, &RATED) / linear.flow(130.0, &RATED);
+        assert!((ratio - 1.3).abs() < 1e-6, "{ratio}");
     }
 
     #[test]

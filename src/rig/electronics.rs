@@ -1,4 +1,4 @@
-//! From the held command to what the spool's loop gets: delay, a limit of its speed, gain, null bias and hysteresis.
+//! From the held command to what the spool's loop gets: delay, limits of its speed and size, gain, null bias and hysteresis.
 
 use super::filter::runge_kutta;
 use super::planted::{Form, Kind, Planted, find, value};
@@ -9,6 +9,7 @@ pub(super) struct Electronics {
     null_bias: f64,
     pade: Option<Pade>,
     ramp: Option<Ramp>,
+    clamp: Option<f64>,
     hysteresis: Option<Hysteresis>,
 }
 
@@ -25,6 +26,7 @@ impl Electronics {
                 limit: p.value,
                 output: command,
             }),
+            clamp: find(planted, Kind::StrokeLimit, Form::Command).map(|p| p.value),
             hysteresis: Hysteresis::planted(planted, dc_gain * command + null_bias),
         }
     }
@@ -41,7 +43,8 @@ impl Electronics {
         };
         entering.map(|u| {
             let u = self.dc_gain * u + self.null_bias;
-            self.hysteresis.as_mut().map_or(u, |h| h.apply(u))
+            let u = self.hysteresis.as_mut().map_or(u, |h| h.apply(u));
+            self.clamp.map_or(u, |limit| u.clamp(-limit, limit))
         })
     }
 }
@@ -233,6 +236,15 @@ mod tests {
         for (end, expected) in ends.iter().zip([0.1, 0.2, 0.25, 0.25]) {
             assert!((end - expected).abs() < 1e-12, "{ends:?}");
         }
+    }
+
+    #[test]
+    fn a_clamp_lets_no_more_through() {
+        let mut path = path("stroke_limit~command=3");
+        assert_eq!(
+            [2.0, 8.0, -8.0].map(|u| path.step(u, 1e-3)[1]),
+            [2.0, 3.0, -3.0]
+        );
     }
 
     #[test]

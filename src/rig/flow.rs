@@ -100,6 +100,8 @@ struct Opening {
     asymmetry: f64,
     /// h + c h (|h| − 1).
     curvature: f64,
+    /// |h| ≤ s.
+    saturation: f64,
 }
 
 impl Opening {
@@ -112,6 +114,8 @@ impl Opening {
             rounding: rounded.map(|p| width(p) / 100.0),
             asymmetry: value(planted, Kind::AsymmetricGain),
             curvature: value(planted, Kind::GainCurvature),
+            saturation: find(planted, Kind::FlowSaturation, Form::Usual)
+                .map_or(f64::INFINITY, |p| p.value / 100.0),
         }
     }
 
@@ -128,7 +132,8 @@ impl Opening {
         } else {
             h * (1.0 - self.asymmetry)
         };
-        (h + self.curvature * h * (h.abs() - 1.0)).clamp(-1.0, 1.0)
+        let h = h + self.curvature * h * (h.abs() - 1.0);
+        h.clamp(-self.saturation, self.saturation)
     }
 }
 

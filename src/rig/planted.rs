@@ -35,6 +35,8 @@ pub enum Kind {
     AsymmetricGain,
     /// h = x + c x (|x| − 1), x a share of full scale. \[1\]
     GainCurvature,
+    /// |h| ≤ s, s in % of full scale. \[%\]
+    FlowSaturation,
     /// |Q| + Q0 √(Δp / Δp_rated) / (1 + (x / w)²) in the pressure line, w the width. \[L/min\]
     Leakage,
     /// p = p0 − R |Q|, |Q| through a lag of 20 ms unless given. \[bar/(L/min)\]
@@ -129,7 +131,7 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Delay,
         Self::DcGain,
         Self::NullBias,
@@ -142,6 +144,7 @@ impl Kind {
         Self::Overlap,
         Self::AsymmetricGain,
         Self::GainCurvature,
+        Self::FlowSaturation,
         Self::Leakage,
         Self::SupplyDroop,
         Self::Compressibility,
@@ -176,11 +179,12 @@ impl Kind {
             Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1,
                 &[Form::Windup], &[]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
-                &[Form::Clipped, Form::Soft, Form::Windup], &[("stiffness", 20.0, &[Form::Soft])]),
+                &[Form::Clipped, Form::Soft, Form::Windup, Form::Command], &[("stiffness", 20.0, &[Form::Soft])]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
                 &[Form::Rounded], &[("width", f64::NAN, &[Form::Rounded])]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15, &[], &[]),
+            Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0, &[], &[]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
                 &[], &[("lag", 0.02, USUAL)]),

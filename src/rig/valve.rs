@@ -11,7 +11,7 @@ pub const RATED_DROP: f64 = 10.0;
 /// A servo valve: its spool and its flow are
 ///
 /// ```text
-/// z' = K sat(u - x, ±S)        x' = (z - x) / T        Q = Q_rated clamp(x / FULL_SCALE, ±1)
+/// z' = K sat(u - x, ±S)        x' = (z - x) / T        Q = Q_rated x / FULL_SCALE
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Valve {
@@ -21,7 +21,7 @@ pub struct Valve {
     pub time_constant: f64,
     /// S, V.
     pub saturation: f64,
-    /// Load flow at full opening and rated drop, L/min.
+    /// Load flow at full scale and rated drop, L/min.
     pub rated_flow: f64,
 }
 

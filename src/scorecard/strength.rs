@@ -133,6 +133,7 @@ impl Open {
             Kind::Overlap => Dial::rising(4.0, 40.0),
             Kind::AsymmetricGain => Dial::rising(0.05, 0.6).signed(rng),
             Kind::GainCurvature => Dial::rising(0.1, 0.6).signed(rng),
+            Kind::FlowSaturation => Dial::limit(105.0, 75.0, 10.0),
             Kind::Leakage => Dial::rising(0.025, 0.25).times(valve.rated_flow),
             Kind::SupplyDroop => Dial::rising(1.8, 8.0).times(1.0 / valve.rated_flow),
             Kind::Compressibility => Dial::rising(0.004, 0.4),

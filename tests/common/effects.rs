@@ -3,7 +3,7 @@
 use super::{Record, problem};
 use servobee::evaluate::Problem;
 use servobee::model::effects::{CATALOGUE, Effect, Scale, Trial};
-use servobee::model::valve::{Drop, Meter, ValveForm};
+use servobee::model::valve::{AreaLaw, Drop, Meter, ValveForm};
 use servobee::model::{Hold, Output, Outputs, Parameter, ServoValve, Structure};
 use servobee::rig::{RATED_DROP, Valve};
 
@@ -11,7 +11,11 @@ use servobee::rig::{RATED_DROP, Valve};
 pub(crate) fn bench() -> Structure {
     Structure {
         observed: vec![Output::Spool, Output::Flow],
-        base: ServoValve::with(ValveForm::linear()).into(),
+        base: ServoValve::with(ValveForm {
+            area: AreaLaw::Proportional,
+            ..ValveForm::linear()
+        })
+        .into(),
         ..Structure::actuator(10.0, "V")
     }
 }

@@ -159,3 +159,41 @@ pub(super) fn lagged<R: Real>(value: R, before: R, after: R, time_constant: R, s
     let behind = time_constant * ((after - before) / step);
     after + (value - before + behind) * (step / time_constant).decay() - behind
 }
+
+/// A lag of second order, q'' + 2 D w q' + w² q = w² u with D < 1, whose states are q and q'.
+#[derive(Debug, Clone)]
+pub(super) struct SecondOrder<R> {
+    /// Hz.
+    frequency: R,
+    damping: R,
+}
+
+impl<R: Real> SecondOrder<R> {
+    /// One with a natural `frequency`, Hz, and a `damping` D.
+    #[inline(always)]
+    pub(super) fn new(frequency: R, damping: R) -> Self {
+        Self { frequency, damping }
+    }
+
+    /// Advances q and q' by a step in which the input goes straight from `before` to `after`: exact for such an input.
+    #[inline(always)]
+    pub(super) fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
+        // Late commands cut intervals into pieces, some of which have no length.
+        let step = step.max(R::constant(1e-12));
+        let rate = self.frequency * R::constant(std::f64::consts::TAU);
+        let share = (R::constant(1.0) - self.damping * self.damping).sqrt();
+        let slope = (after - before) / step;
+        // How far q stays behind a straight input once it has settled, and what is off that now.
+        let behind = self.damping * R::constant(2.0) / rate * slope;
+        let off = own[0] - before + behind;
+        let speed = own[1] - slope;
+        let turns = self.frequency * share * step;
+        let sine = turns.sine_of_turns();
+        let cosine = (turns + R::constant(0.25)).sine_of_turns();
+        let left = (self.damping * rate * step).decay();
+        let bend = self.damping / share;
+        let swing = off * bend + speed / (rate * share);
+        own[0] = after - behind + left * (off * cosine + swing * sine);
+        own[1] = slope + left * (speed * cosine - (speed * bend + off * rate / share) * sine);
+    }
+}

@@ -1,5 +1,6 @@
 //! The line to the flow meter rings.
 
+use super::act::SecondOrder;
 use super::entry;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
@@ -52,8 +53,7 @@ pub(super) const ENTRY: Entry = Entry {
 /// The oil column in the line rings at its own frequency.
 #[derive(Debug, Clone)]
 pub(in crate::model) struct LineResonance<R> {
-    rate: R,
-    twice_damping: R,
+    column: SecondOrder<R>,
     share: R,
 }
 
@@ -61,19 +61,9 @@ impl<R: Real> LineResonance<R> {
     #[inline(always)]
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
         Self {
-            rate: next() * R::constant(std::f64::consts::TAU),
-            twice_damping: next() * R::constant(2.0),
+            column: SecondOrder::new(next(), next()),
             share: next(),
         }
-    }
-}
-
-impl<R: Real> LineResonance<R> {
-    /// The rates at which the column's flow `q` and that rate `v` change.
-    #[inline(always)]
-    fn slope(&self, q: R, v: R, input: R) -> (R, R) {
-        let pull = self.rate * (input - q) - self.twice_damping * v;
-        (v, self.rate * pull)
     }
 }
 
@@ -86,18 +76,7 @@ impl<R: Real> Act<R> for LineResonance<R> {
 
     #[inline(always)]
     fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
-        // Runge-Kutta on the column alone, whose input goes straight from `before` to `after`.
-        let half = R::constant(0.5);
-        let middle = (before + after) * half;
-        let (q, v) = (own[0], own[1]);
-        let (q1, v1) = self.slope(q, v, before);
-        let (q2, v2) = self.slope(q + half * step * q1, v + half * step * v1, middle);
-        let (q3, v3) = self.slope(q + half * step * q2, v + half * step * v2, middle);
-        let (q4, v4) = self.slope(q + step * q3, v + step * v3, after);
-        let sixth = step * R::constant(1.0 / 6.0);
-        let two = R::constant(2.0);
-        own[0] = q + sixth * (q1 + two * (q2 + q3) + q4);
-        own[1] = v + sixth * (v1 + two * (v2 + v3) + v4);
+        self.column.filter(own, before, after, step);
     }
 
     #[inline(always)]

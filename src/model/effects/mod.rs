@@ -132,6 +132,7 @@ mod dc_gain;
 mod delay;
 mod feed_forward;
 mod flow_force;
+mod flow_saturation;
 mod friction;
 mod gain_curvature;
 mod hysteresis;
@@ -174,6 +175,9 @@ catalogue! {
     friction::FrictionBehind = BEHIND,
     slew_limit::SlewLimitBehind = BEHIND,
     stroke_limit::StrokeLimitBehind = BEHIND,
+    stroke_limit::StrokeLimitOfCommand = COMMAND,
+    sensor_lag::SensorLagOfSecondOrder = SECOND_ORDER,
+    flow_saturation::FlowSaturation,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -1,10 +1,14 @@
 //! A sensor lags.
 
-use super::act::lagged;
+use super::act::{SecondOrder, lagged};
 use super::entry;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
+
+/// The slowest sensor of second order, Hz.
+const SLOWEST: f64 = 1.0;
+
 pub(super) const ENTRY: Entry = Entry {
     name: "sensor_lag",
     port: Port::Measurement,
@@ -70,9 +74,91 @@ impl<R: Real> Act<R> for SensorLag<R> {
     }
 }
 
+pub(super) const SECOND_ORDER: Entry = Entry {
+    name: "sensor_lag~second_order",
+    summary: "The sensor follows what it measures with a lag of second order",
+    finding: "the {output} sensor follows up to {sensor_frequency}, with a lag of second order",
+    equation: "y'' + 2 D w y' + w^2 y = w^2 x, w = 2 pi sensor_frequency, D = sensor_damping",
+    shows: "a lag of one channel that begins more gently than one of first order, the same at all amplitudes",
+    confused: "sensor_lag and delay; line_resonance, which is the same equation with a damping that rings",
+    source: "data sheets of flow meters and transducers: a natural frequency and a damping of 0.6 to 0.8",
+    parameters: |scale, output| {
+        vec![
+            Parameter::log(
+                &entry::on("sensor_frequency", output),
+                "Hz",
+                SLOWEST.min(0.05 / scale.interval),
+                20.0 / scale.interval,
+                20.0 / scale.interval,
+            ),
+            Parameter::linear(&entry::on("sensor_damping", output), "1", 0.5, 0.7, 0.98),
+            Parameter::linear(&entry::on("sensor_share", output), "1", 0.0, 1.0, 1.0).fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        [0.005, 0.02, 0.07, 0.2]
+            .map(|share| vec![share / scale.interval, 0.7])
+            .to_vec()
+    },
+    states: &["sensor", "sensor_rate"],
+    neutral: &[("sensor_share", 0.0)],
+    frequency: Some("sensor_frequency"),
+    ..ENTRY
+};
+
+/// The sensor follows what it measures with a lag of second order.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SensorLagOfSecondOrder<R> {
+    sensor: SecondOrder<R>,
+    share: R,
+}
+
+impl<R: Real> SensorLagOfSecondOrder<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            sensor: SecondOrder::new(next(), next()),
+            share: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SensorLagOfSecondOrder<R> {
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], value: R) {
+        own[0] = value;
+        own[1] = R::constant(0.0);
+    }
+
+    #[inline(always)]
+    fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
+        self.sensor.filter(own, before, after, step);
+    }
+
+    #[inline(always)]
+    fn measure(&self, own: &[R], value: R, _moment: &Moment<R>) -> R {
+        value + self.share * (own[0] - value)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_second_order_a_ramp_is_late_by_twice_the_damping_over_the_rate() {
+        let mut values = [20.0, 0.7, 1.0].into_iter();
+        let effect: SensorLagOfSecondOrder<f64> =
+            SensorLagOfSecondOrder::new(|| values.next().unwrap());
+        let mut own = [0.0; 2];
+        effect.settled(&mut own, 0.0);
+        for k in 0..500 {
+            let now = f64::from(k) * 1e-3;
+            effect.filter(&mut own, now, now + 1e-3, 1e-3);
+        }
+        let late = 2.0 * 0.7 / (20.0 * std::f64::consts::TAU);
+        assert!((own[0] - (0.5 - late)).abs() < 1e-6 && (own[1] - 1.0).abs() < 1e-6);
+    }
 
     #[test]
     fn a_ramp_is_late_by_the_time_constant() {

@@ -136,9 +136,59 @@ impl<R: Real> Act<R> for StrokeLimitBehind<R> {
     }
 }
 
+pub(super) const COMMAND: Entry = Entry {
+    name: "stroke_limit~command",
+    port: Port::Command,
+    summary: "The amplifier clamps the command",
+    finding: "the amplifier lets no more than ±{stroke_limit_command} through",
+    equation: "|u| <= stroke_limit_command",
+    shows: "the spool settles at less than the command asks for, with the dynamics of a smaller step",
+    confused: "stroke_limit, at which the spool stops with the speed that it has",
+    source: "output stages of amplifiers, which limit current or command",
+    parameters: |scale, _| {
+        vec![Parameter::linear(
+            "stroke_limit_command",
+            &scale.command_unit,
+            0.02 * scale.command,
+            10.0 * scale.command,
+            10.0 * scale.command,
+        )]
+    },
+    ..ENTRY
+};
+
+/// The command is clamped.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct StrokeLimitOfCommand<R> {
+    limit: R,
+}
+
+impl<R: Real> StrokeLimitOfCommand<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { limit: next() }
+    }
+}
+
+impl<R: Real> Act<R> for StrokeLimitOfCommand<R> {
+    #[inline(always)]
+    fn command(&self, _own: &mut [R], command: R) -> R {
+        command.clamp(-self.limit, self.limit)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_amplifier_clamps_the_command() {
+        let mut values = [1.5].into_iter();
+        let effect: StrokeLimitOfCommand<f64> =
+            StrokeLimitOfCommand::new(|| values.next().unwrap());
+        let found = [1.0, 2.0, -2.0].map(|u| effect.command(&mut [], u));
+        assert_eq!(found, [1.0, 1.5, -1.5]);
+    }
 
     #[test]
     fn it_stops_where_it_meets_the_end() {

@@ -133,7 +133,10 @@ impl ModelFile {
                 "delete [structure.valve], or observe flow",
             ),
             (Some(valve), true) => match &valve.area {
-                AreaLaw::Linear | AreaLaw::Table(_) | AreaLaw::Signed(_)
+                AreaLaw::Linear
+                | AreaLaw::Proportional
+                | AreaLaw::Table(_)
+                | AreaLaw::Signed(_)
                     if structure.observes_blocked_ports() =>
                 {
                     refuse(

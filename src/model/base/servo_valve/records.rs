@@ -132,7 +132,7 @@ pub fn structure_for(records: &[Record]) -> Result<Structure> {
     if has_flow || !blocked_ports.is_empty() {
         base.valve = Some(ValveForm {
             area: match blocked_ports.is_empty() {
-                true => AreaLaw::Linear,
+                true => AreaLaw::Proportional,
                 false => AreaLaw::Edges,
             },
             drop,

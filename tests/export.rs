@@ -623,7 +623,9 @@ fn the_simscape_script_leaves_nothing_out() {
         "{'time_constant'}, '0.003'",
         "{'saturation'}, '5.0'",
         "{'mdl_type_identical', 'mdl_type'}, '1'",
-        "{'area_max'}, '0.416'",
+        // On to ten times full scale.
+        "{'area_max'}, '4.16'",
+        "{'opening_max'}, '1000'",
         "{'C_d'}, '0.7'",
         "{'x_0_P_A'}, '0.0'",
     ] {

@@ -100,7 +100,7 @@ pub(super) const SECOND_ORDER: Entry = Entry {
             .map(|share| vec![share / scale.interval, 0.7])
             .to_vec()
     },
-    states: &["sensor", "sensor_rate"],
+    states: &["slow_sensor", "slow_sensor_rate"],
     neutral: &[("sensor_share", 0.0)],
     frequency: Some("sensor_frequency"),
     ..ENTRY

@@ -322,3 +322,18 @@ fn capitalised(text: &str) -> String {
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
     first.chain(letters).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::CATALOGUE;
+
+    #[test]
+    fn every_effect_has_its_words() {
+        for entry in CATALOGUE {
+            for text in [entry.cause(), entry.summary, entry.shows] {
+                assert_ne!(Language::German.text(text), text, "{}", entry.name);
+            }
+        }
+    }
+}

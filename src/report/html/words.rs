@@ -181,7 +181,7 @@ fn words_of(effect: Effect) -> String {
     let cause = effect.entry.cause().replace('_', " ");
     match effect.entry.form() {
         "usual" => cause,
-        form => format!("{cause} ({form})"),
+        form => format!("{cause} ({})", form.replace('_', " ")),
     }
 }
 

@@ -3,16 +3,13 @@
 use super::colour;
 use super::table::{number, table};
 use servobee::card::Figure;
-use servobee::diagnose::Verdict;
 use servobee::report::{Document, LimitReport, Units, explain, met};
 
 /// Prints the figures that the model or a measurement gives, by which tests they were measured, and why there are no others.
 /// Conditions are in the report. Numbers are in the `units` of the document, and so are those of sentences.
 pub(super) fn print(document: &Document, units: &Units) {
-    match document.verdict {
-        Verdict::Unexplained => tell!("{}", explain::INCOMPLETE),
-        Verdict::Partly => tell!("{}", explain::IN_PART),
-        _ => {}
+    if let Some(worth) = explain::worth_of_card(document.verdict) {
+        tell!("{worth}");
     }
     let figures = &document.card;
     let measured = figures.iter().any(|figure| figure.measured.is_some());

@@ -358,11 +358,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         let mut models: Vec<(Effect, Model)> = Vec::new();
         for (effect, one) in polished {
             self.evaluations += one.evaluations;
-            match models.iter_mut().find(|(other, _)| *other == effect) {
-                Some((_, known)) if known.loss(Side::Fit) <= one.loss(Side::Fit) => {}
-                Some((_, known)) => *known = one,
-                None => models.push((effect, one)),
-            }
+            keep_better(&mut models, effect, one);
         }
         self.refits.insert(key, models.clone());
         Ok(models)
@@ -417,13 +413,9 @@ impl<'a, 'b> Selection<'a, 'b> {
             &mut |done| self.stage.generation(done),
         )?;
         self.evaluations += evaluations;
-        for (effect, one) in found {
-            match models.iter_mut().find(|(other, _)| *other == effect) {
-                Some((_, known)) if known.loss(Side::Fit) <= one.loss(Side::Fit) => {}
-                Some((_, known)) => *known = one,
-                None => models.push((effect, one)),
-            }
-        }
+        found
+            .into_iter()
+            .for_each(|(effect, one)| keep_better(models, effect, one));
         Ok(())
     }
 
@@ -678,6 +670,15 @@ pub(super) fn worth(evidence: &Evidence, excess: f64, before: &Model, after: &Mo
         evidence.seed,
     );
     gain.percent.low > 0.0
+}
+
+/// Adds `one` with `effect` to `models`, or puts it in the place of what follows the fitted rows less closely with that.
+fn keep_better(models: &mut Vec<(Effect, Model)>, effect: Effect, one: Model) {
+    match models.iter_mut().find(|(other, _)| *other == effect) {
+        Some((_, known)) if known.loss(Side::Fit) <= one.loss(Side::Fit) => {}
+        Some((_, known)) => *known = one,
+        None => models.push((effect, one)),
+    }
 }
 
 fn names(model: &Model) -> Vec<String> {

@@ -308,8 +308,8 @@ impl Evidence {
         self.problem(&structure, &start)
     }
 
-    /// Searches by `method` for each problem, all at once: where `start` says, or around the problem's own. Returns the problems, starting at the best that
-    /// was found, and the candidates evaluated.
+    /// Searches by `method` for each problem, all at once: where `start` says, or around the problem's own. Returns the problems,
+    /// starting at the best that was found, and the candidates evaluated.
     pub(super) fn searched(
         &self,
         problems: &[Problem],

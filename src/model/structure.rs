@@ -222,9 +222,7 @@ impl Structure {
 
     /// Whether it has `effect`, or another form of its cause on the same output.
     pub fn has_cause_of(&self, effect: &Effect) -> bool {
-        let same =
-            |own: &Effect| own.entry.cause() == effect.entry.cause() && own.output == effect.output;
-        self.effects.iter().any(same)
+        self.effects.iter().any(|own| own.is_form_of(effect))
     }
 
     /// The same structure without `effect`.

@@ -1,5 +1,6 @@
 //! The words that terminal and page explain where they first use them.
 
+use crate::diagnose::Verdict;
 use crate::model::Structure;
 
 /// What held-out rows are.
@@ -14,12 +15,21 @@ pub const RESIDUAL: &str = "Errors are RMS, the root of the mean square of measu
 pub const PREDICTED_REDUCTION: &str = "The promise of an effect is the share of what was left on fitted rows that it could take away, \
     estimated before it is fitted; p is the chance that some effect promises as much where none is missing.";
 
+/// What the card of a model is worth that does not explain its whole record.
+pub fn worth_of_card(verdict: Verdict) -> Option<&'static str> {
+    match verdict {
+        Verdict::Unexplained => Some(INCOMPLETE),
+        Verdict::Partly => Some(IN_PART),
+        _ => None,
+    }
+}
+
 /// What the card of a model is worth that does not explain its record.
-pub const INCOMPLETE: &str = "The model lacks something that it has no name for (verdict: unexplained). These are the figures \
+const INCOMPLETE: &str = "The model lacks something that it has no name for (verdict: unexplained). These are the figures \
     of the model; how far those of the valve are from them is not known.";
 
 /// What the card of a model is worth that explains most of its record, not all.
-pub const IN_PART: &str = "The model lacks something beside what was named (verdict: partly). These are the figures of the \
+const IN_PART: &str = "The model lacks something beside what was named (verdict: partly). These are the figures of the \
     model; how far those of the valve are from them is not known.";
 
 /// What the base model of this `structure` consists of.

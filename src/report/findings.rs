@@ -50,9 +50,7 @@ impl From<&Added> for AddedEffect {
 /// The other forms of what was added that are tied with it.
 fn other_forms(added: &Added) -> Vec<String> {
     let tied = added.tied_with.iter();
-    let own = tied.filter(|other| {
-        other.entry.cause() == added.effect.entry.cause() && other.output == added.effect.output
-    });
+    let own = tied.filter(|other| other.is_form_of(&added.effect));
     own.map(|other| other.entry.form().into()).collect()
 }
 

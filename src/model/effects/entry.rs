@@ -249,6 +249,11 @@ impl Effect {
         }
     }
 
+    /// Whether `other` is the same cause on the same output, in this form or another.
+    pub(crate) fn is_form_of(&self, other: &Self) -> bool {
+        self.entry.cause() == other.entry.cause() && self.output == other.output
+    }
+
     /// Whether it delays the command, whatever the values of its parameters.
     pub(in crate::model) fn delays(&self) -> bool {
         Action::<f64>::new(self.entry.name, || 1.0)

@@ -1,10 +1,10 @@
 //! The line to the flow meter rings.
 
-use super::act::SecondOrder;
 use super::entry;
+use super::second_order::SecondOrder;
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Moment, Port};
-use crate::model::{Pace, Parameter, Real};
+use super::{Entry, Port};
+use crate::model::{Pace, Parameter};
 
 /// 50 m of line, closed at its end, ring at this frequency, Hz: c / 4L.
 const SLOWEST: f64 = 5.0;
@@ -51,43 +51,12 @@ pub(super) const ENTRY: Entry = Entry {
 };
 
 /// The oil column in the line rings at its own frequency.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct LineResonance<R> {
-    column: SecondOrder<R>,
-    share: R,
-}
-
-impl<R: Real> LineResonance<R> {
-    #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            column: SecondOrder::new(next(), next()),
-            share: next(),
-        }
-    }
-}
-
-impl<R: Real> Act<R> for LineResonance<R> {
-    #[inline(always)]
-    fn settled(&self, own: &mut [R], value: R) {
-        own[0] = value;
-        own[1] = R::constant(0.0);
-    }
-
-    #[inline(always)]
-    fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
-        self.column.filter(own, before, after, step);
-    }
-
-    #[inline(always)]
-    fn measure(&self, own: &[R], value: R, _moment: &Moment<R>) -> R {
-        value + self.share * (own[0] - value)
-    }
-}
+pub(in crate::model) type LineResonance<R> = SecondOrder<R>;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::effects::{Act, Moment};
 
     #[test]
     fn it_rings_as_the_closed_form_says() {

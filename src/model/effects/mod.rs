@@ -141,6 +141,7 @@ mod line_resonance;
 mod null_bias;
 mod overlap;
 mod periodic_disturbance;
+mod second_order;
 mod sensor_drift;
 mod sensor_lag;
 mod sensor_offset;

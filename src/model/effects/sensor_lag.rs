@@ -1,7 +1,8 @@
 //! A sensor lags.
 
-use super::act::{SecondOrder, lagged};
+use super::act::lagged;
 use super::entry;
+use super::second_order::SecondOrder;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
@@ -107,39 +108,7 @@ pub(super) const SECOND_ORDER: Entry = Entry {
 };
 
 /// The sensor follows what it measures with a lag of second order.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct SensorLagOfSecondOrder<R> {
-    sensor: SecondOrder<R>,
-    share: R,
-}
-
-impl<R: Real> SensorLagOfSecondOrder<R> {
-    #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            sensor: SecondOrder::new(next(), next()),
-            share: next(),
-        }
-    }
-}
-
-impl<R: Real> Act<R> for SensorLagOfSecondOrder<R> {
-    #[inline(always)]
-    fn settled(&self, own: &mut [R], value: R) {
-        own[0] = value;
-        own[1] = R::constant(0.0);
-    }
-
-    #[inline(always)]
-    fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
-        self.sensor.filter(own, before, after, step);
-    }
-
-    #[inline(always)]
-    fn measure(&self, own: &[R], value: R, _moment: &Moment<R>) -> R {
-        value + self.share * (own[0] - value)
-    }
-}
+pub(in crate::model) type SensorLagOfSecondOrder<R> = SecondOrder<R>;
 
 #[cfg(test)]
 mod tests {

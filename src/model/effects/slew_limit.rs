@@ -2,8 +2,16 @@
 
 use super::entry;
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Motion, Port};
+use super::{Act, Entry, Motion, Port, Scale};
 use crate::model::{Parameter, Real};
+
+/// The parameter of each form, whose start is where there is no limit.
+fn limit(name: &str, scale: &Scale) -> Parameter {
+    let unit = format!("{}/s", scale.command_unit);
+    let least = 1e-4 * scale.command / scale.interval;
+    let most = 10.0 * scale.command / scale.interval;
+    Parameter::log(name, &unit, least, most, most)
+}
 
 pub(super) const ENTRY: Entry = Entry {
     name: "slew_limit",
@@ -14,15 +22,7 @@ pub(super) const ENTRY: Entry = Entry {
     shows: "triangles instead of sines where amplitude times 2 pi frequency reaches the limit",
     confused: "saturation of the error, which also limits the speed but through the lag, and acts on the integrator",
     source: "pilot flow saturation; Merritt, Hydraulic Control Systems, 1967",
-    parameters: |scale, _| {
-        vec![Parameter::log(
-            "slew_limit",
-            &format!("{}/s", scale.command_unit),
-            1e-4 * scale.command / scale.interval,
-            10.0 * scale.command / scale.interval,
-            10.0 * scale.command / scale.interval,
-        )]
-    },
+    parameters: |scale, _| vec![limit("slew_limit", scale)],
     trials: |scale, _| {
         // The base model's fastest motion is at the limit, if there is one.
         [1.0, 0.8, 0.5, 0.25]
@@ -78,15 +78,7 @@ pub(super) const BEHIND: Entry = Entry {
     shows: "triangles instead of sines as with slew_limit, and an overshoot after each fast stretch",
     confused: "slew_limit, whose speed is a state and winds nothing up: without an overshoot",
     source: "pilot flow saturation under an integrating loop; Merritt, Hydraulic Control Systems, 1967",
-    parameters: |scale, _| {
-        vec![Parameter::log(
-            "slew_limit_windup",
-            &format!("{}/s", scale.command_unit),
-            1e-4 * scale.command / scale.interval,
-            10.0 * scale.command / scale.interval,
-            10.0 * scale.command / scale.interval,
-        )]
-    },
+    parameters: |scale, _| vec![limit("slew_limit_windup", scale)],
     ..ENTRY
 };
 

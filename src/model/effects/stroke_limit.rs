@@ -2,8 +2,15 @@
 
 use super::entry;
 use super::view::{self, Over, Values, View};
-use super::{Act, Entry, Motion, Port};
+use super::{Act, Entry, Motion, Port, Scale};
 use crate::model::{Parameter, Real};
+
+/// The parameter of each form, whose start is where there is no limit.
+fn limit(name: &str, scale: &Scale) -> Parameter {
+    let least = 0.02 * scale.command;
+    let most = 10.0 * scale.command;
+    Parameter::linear(name, &scale.command_unit, least, most, most)
+}
 
 pub(super) const ENTRY: Entry = Entry {
     name: "stroke_limit",
@@ -14,15 +21,7 @@ pub(super) const ENTRY: Entry = Entry {
     shows: "flat tops at large openings only",
     confused: "saturation, which limits the error and so the speed; a valve whose area is used up, which shows in the flow alone",
     source: "mechanical end stops",
-    parameters: |scale, _| {
-        vec![Parameter::linear(
-            "stroke_limit",
-            &scale.command_unit,
-            0.02 * scale.command,
-            10.0 * scale.command,
-            10.0 * scale.command,
-        )]
-    },
+    parameters: |scale, _| vec![limit("stroke_limit", scale)],
     trials: |scale, _| {
         [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.35, 0.2]
             .map(|share| vec![share * scale.command])
@@ -90,15 +89,7 @@ pub(super) const BEHIND: Entry = Entry {
     equation: "dz/dt = K sat(u - x, S), dx/dt = (z - x)/T, |x| <= stroke_limit_windup",
     shows: "flat tops at large openings that last longer than the command asks for",
     confused: "stroke_limit, which leaves its stop as soon as the command turns",
-    parameters: |scale, _| {
-        vec![Parameter::linear(
-            "stroke_limit_windup",
-            &scale.command_unit,
-            0.02 * scale.command,
-            10.0 * scale.command,
-            10.0 * scale.command,
-        )]
-    },
+    parameters: |scale, _| vec![limit("stroke_limit_windup", scale)],
     ..ENTRY
 };
 
@@ -145,15 +136,7 @@ pub(super) const COMMAND: Entry = Entry {
     shows: "the spool settles at less than the command asks for, with the dynamics of a smaller step",
     confused: "stroke_limit, at which the spool stops with the speed that it has",
     source: "output stages of amplifiers, which limit current or command",
-    parameters: |scale, _| {
-        vec![Parameter::linear(
-            "stroke_limit_command",
-            &scale.command_unit,
-            0.02 * scale.command,
-            10.0 * scale.command,
-            10.0 * scale.command,
-        )]
-    },
+    parameters: |scale, _| vec![limit("stroke_limit_command", scale)],
     ..ENTRY
 };
 

@@ -7,7 +7,7 @@ use super::role::Role;
 use super::rows::Rows;
 use super::words::capitalised;
 use crate::card::{Card, Figure, Point, Quantity, Response, Step};
-use crate::diagnose::{Identified, Verdict};
+use crate::diagnose::Identified;
 use crate::model::Output;
 use crate::record::joined;
 use crate::report::{Edition, LimitReport, explain, rounded};
@@ -26,11 +26,7 @@ pub(super) fn all(
     edition: &Edition,
 ) -> Markup {
     html! {
-        @match identified.verdict {
-            Verdict::Unexplained => p { (explain::INCOMPLETE) }
-            Verdict::Partly => p { (explain::IN_PART) }
-            _ => {}
-        }
+        @if let Some(worth) = explain::worth_of_card(identified.verdict) { p { (worth) } }
         (table(figures))
         (flow_curve(card, figures, identified, edition))
         (bode(card, figures, edition))

@@ -12,7 +12,7 @@ use servobee::model::base::{
     Base, BaseModel, Equations, OwnBase, Shown, WithEquations, register_base,
 };
 use servobee::model::declare::Declare;
-use servobee::model::effects::{CATALOGUE, Effect, Moment};
+use servobee::model::effects::{CATALOGUE, Effect, Moment, Stage};
 use servobee::model::{
     Complete, Initial, Input, Output, Outputs, Pace, Parameter, Ports, Real, Structure,
 };
@@ -72,7 +72,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for Meter<R> {
         }
     }
 
-    fn derivative(&self, _: &P, state: &[R], input: &Input<R>, _: R, slope: &mut [R]) {
+    fn derivative(&self, _: &P, state: &[R], input: &Input<R>, _: &Stage<R>, slope: &mut [R]) {
         slope[0] = (self.gain * input.command - state[0]) / self.lag;
     }
 

@@ -87,6 +87,8 @@ fn the_catalogue_is_that_of_the_reference() {
         "feed_forward",
         "slew_limit",
         "slew_limit~windup",
+        "slew_limit~command",
+        "hysteresis~feedback",
         "friction~windup",
         "flow_force~windup",
         "stroke_limit~windup",
@@ -410,7 +412,7 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 37] = [
+const TWINS: [Twin; 39] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -430,6 +432,16 @@ const TWINS: [Twin; 37] = [
         "slew_limit~windup=200",
         "slew_limit~windup",
         &[("slew_limit_windup", 200.0)],
+    ),
+    (
+        "slew_limit~command=150",
+        "slew_limit~command",
+        &[("ramp_time", 10.0 / 150.0)],
+    ),
+    (
+        "hysteresis~feedback=0.3",
+        "hysteresis~feedback",
+        &[("hysteresis_feedback", 0.3)],
     ),
     (
         "friction~windup=0.1",

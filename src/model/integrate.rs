@@ -1,6 +1,7 @@
 //! The integrator, over [`Real`] like the physics, so that every evaluator takes the same steps.
 
 use super::Real;
+use super::effects::Stage;
 use super::{Dynamics, Input};
 
 /// Advances `state` by `step` seconds with the classical fourth-order Runge-Kutta method. `inputs` are those at the
@@ -16,12 +17,17 @@ pub fn advance<R: Real, const N: usize, D: Dynamics<R>>(
         #[inline(always)]
         || {
             let slip_direction = plant.slip_direction(&state, start);
-            let mut slope = plant.derivative(&state, start, slip_direction);
+            let mut stage = Stage {
+                slip_direction,
+                ..Stage::first(start.command)
+            };
+            let mut slope = plant.derivative(&state, start, &stage);
             let mut sum = slope;
             for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)]
             {
-                let stage = moved(state, step * R::constant(share), &slope);
-                slope = plant.derivative(&stage, input, slip_direction);
+                stage.since = step * R::constant(share);
+                let state = moved(state, stage.since, &slope);
+                slope = plant.derivative(&state, input, &stage);
                 for i in 0..N {
                     sum[i] = sum[i] + R::constant(weight) * slope[i];
                 }

@@ -4,7 +4,7 @@ use super::actuator::Actuator;
 use super::base::servo_valve::ServoValveEquations;
 use super::base::{BaseEquations, Equations, Shown, WithEquations, each_base};
 use super::declare::Given;
-use super::effects::{Act, Port};
+use super::effects::{Act, Port, Stage};
 use super::free_form::Signal;
 use super::ports::{Attached, Bare};
 use super::{Complete, Initial, Input, Output, Outputs, Real, Structure};
@@ -39,12 +39,12 @@ pub trait Dynamics<R: Real> {
         R::constant(0.0)
     }
 
-    /// The time derivative of the state in an integration step that began with this slip direction.
+    /// The time derivative of the state at this stage of an integration step.
     fn derivative<const N: usize>(
         &self,
         state: &[R; N],
         input: &Input<R>,
-        slip_direction: R,
+        stage: &Stage<R>,
     ) -> [R; N];
 
     /// What happens at the end of an integration `step` from `before` to `state`: the spool sticks or meets a stop, and
@@ -247,11 +247,11 @@ impl<R: Real> Dynamics<R> for Plant<R> {
         &self,
         state: &[R; N],
         input: &Input<R>,
-        slip_direction: R,
+        stage: &Stage<R>,
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
         each_base!(BaseEquations, &self.base, base => {
-            base.derivative(&self.attached, state, input, slip_direction, &mut slope);
+            base.derivative(&self.attached, state, input, stage, &mut slope);
         });
         slope
     }
@@ -362,11 +362,10 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
         &self,
         state: &[R; N],
         input: &Input<R>,
-        slip_direction: R,
+        stage: &Stage<R>,
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
-        self.base
-            .derivative(&Bare, state, input, slip_direction, &mut slope);
+        self.base.derivative(&Bare, state, input, stage, &mut slope);
         slope
     }
 

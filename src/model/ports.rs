@@ -1,6 +1,6 @@
 //! What is attached at the ports of a base model: nothing, or effects and a correction of unknown form.
 
-use super::effects::{Act, Action, Moment, Motion, Port};
+use super::effects::{Act, Action, Moment, Motion, Port, Stage};
 use super::free_form::{Correction, Signal};
 use super::{Output, Real, Structure};
 use std::ops::Range;
@@ -33,6 +33,20 @@ pub trait Ports<R: Real> {
     fn follows_flow(&self) -> bool {
         false
     }
+
+    /// The reference that the loop compares a spool at `spool` with, at this stage of an integration step.
+    #[inline(always)]
+    fn reference(&self, _state: &[R], command: R, _spool: R, _stage: &Stage<R>) -> R {
+        command
+    }
+
+    /// Sets the states of what acts in the loop to those after a step that ended at this stage, with this command and spool.
+    #[inline(always)]
+    fn remember(&self, _state: &mut [R], _command: R, _spool: R, _stage: &Stage<R>) {}
+
+    /// Sets those states to where they are when the spool has long been at `spool`.
+    #[inline(always)]
+    fn settled_spool(&self, _state: &mut [R], _spool: R) {}
 
     /// What drives the spool, after the correction and all effects.
     #[inline(always)]
@@ -219,6 +233,36 @@ impl<R: Real> Ports<R> for Attached<R> {
 
     fn follows_flow(&self) -> bool {
         self.follows_flow
+    }
+
+    #[inline(always)]
+    fn reference(&self, state: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
+        let mut reference = command;
+        for effect in self.inner() {
+            let own = &state[effect.states.clone()];
+            reference = effect.action.reference(own, reference, spool, stage);
+        }
+        reference
+    }
+
+    #[inline(always)]
+    fn remember(&self, state: &mut [R], command: R, spool: R, stage: &Stage<R>) {
+        let mut command = command;
+        for effect in self.inner() {
+            let own = &mut state[effect.states.clone()];
+            let reference = effect.action.reference(own, command, spool, stage);
+            effect.action.remember(own, command, spool, stage);
+            command = reference;
+        }
+    }
+
+    #[inline(always)]
+    fn settled_spool(&self, state: &mut [R], spool: R) {
+        for effect in self.inner() {
+            effect
+                .action
+                .settled_spool(&mut state[effect.states.clone()], spool);
+        }
     }
 
     #[inline(always)]

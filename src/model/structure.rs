@@ -12,7 +12,7 @@ use crate::record::Channel;
 use serde::{Deserialize, Serialize};
 
 /// Most states of a structure: the time loops are compiled for so many.
-pub(crate) const MOST_STATES: usize = 26;
+pub(crate) const MOST_STATES: usize = 28;
 
 /// The command between two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

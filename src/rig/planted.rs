@@ -68,6 +68,8 @@ pub enum Form {
     BoucWen,
     /// Hysteresis as a Preisach operator: plays of several widths.
     Preisach,
+    /// A play between the spool and what its loop is fed back.
+    Feedback,
     /// A spool that nears its highest speed smoothly.
     Smooth,
     /// A limit on z' instead of x': in effect a smaller saturation S.
@@ -98,6 +100,7 @@ impl Form {
             Self::Pade => "pade",
             Self::BoucWen => "bouc_wen",
             Self::Preisach => "preisach",
+            Self::Feedback => "feedback",
             Self::Smooth => "smooth",
             Self::Integrator => "integrator",
             Self::Windup => "windup",
@@ -166,7 +169,7 @@ impl Kind {
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96, &[], &[]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3, &[], &[]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
-                &[Form::BoucWen, Form::Preisach], &[("width", f64::NAN, &[Form::BoucWen])]),
+                &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command], &[]),

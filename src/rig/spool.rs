@@ -24,6 +24,7 @@ pub(super) struct Spool {
     amplitude_gain: f64,
     detent: f64,
     feed_forward: f64,
+    backlash: Option<Backlash>,
     /// Position, V; velocity, V/s; and the deflection of the bristles, from −1 to 1.
     state: [f64; 3],
 }
@@ -68,6 +69,13 @@ enum Friction {
     },
 }
 
+/// A play between the spool and what its loop is fed back.
+struct Backlash {
+    half_width: f64,
+    /// What is fed back, V.
+    at: f64,
+}
+
 enum Stop {
     None,
     /// |x| ≤ limit, where it hits v becomes zero.
@@ -79,6 +87,12 @@ enum Stop {
         limit: f64,
         stiffness: f64,
     },
+}
+
+impl Backlash {
+    fn fed_back(&self, x: f64) -> f64 {
+        self.at.clamp(x - self.half_width, x + self.half_width)
+    }
 }
 
 fn stribeck_level(coulomb: f64, excess: f64, stribeck: f64, velocity: f64) -> f64 {
@@ -155,6 +169,10 @@ impl Spool {
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
             detent: strength(outsiders, Oddity::Detent),
             feed_forward: value(planted, Kind::FeedForward),
+            backlash: find(planted, Kind::Hysteresis, Form::Feedback).map(|p| Backlash {
+                half_width: p.value,
+                at: position,
+            }),
             state: [position, 0.0, 0.0],
         }
     }
@@ -173,6 +191,10 @@ impl Spool {
                 let direction = self.slip();
                 self.state = self.moved(self.state, command, drop, direction, h);
             }
+        }
+        let x = self.state[0];
+        if let Some(play) = &mut self.backlash {
+            play.at = play.fed_back(x);
         }
         if let Stop::Windup(limit) = self.stop
             && self.state[0].abs() > limit
@@ -295,7 +317,8 @@ impl Spool {
 
     /// sat(u − x) and what flow force, soft stop and detent take from it, V; friction is not in it.
     fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
-        let mut drive = (u - x).clamp(-self.valve.saturation, self.valve.saturation);
+        let fed_back = self.backlash.as_ref().map_or(x, |play| play.fed_back(x));
+        let mut drive = (u - fed_back).clamp(-self.valve.saturation, self.valve.saturation);
         if let Speed::Integrator(limit) = self.speed {
             let limit = limit / self.valve.gain;
             drive = drive.clamp(-limit, limit);

@@ -1,5 +1,6 @@
 //! The functions of a structure that a time loop calls, traced: what the shader and the exports are written from.
 
+use crate::model::effects::Stage;
 use crate::model::exact_step::{Place, Stride};
 use crate::model::integrate::advance;
 use crate::model::real::trace::Trace;
@@ -211,7 +212,11 @@ fn traced(
         ]);
     }
     let slip_direction = plant.slip_direction(&state, &now);
-    let slope = plant.derivative(&state, &now, slip_direction);
+    let stage = Stage {
+        slip_direction,
+        ..Stage::first(now.command)
+    };
+    let slope = plant.derivative(&state, &now, &stage);
     functions.push(function(
         "derivative",
         &[PLANT, STATE, INPUT],

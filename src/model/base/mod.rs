@@ -11,7 +11,7 @@ pub use servo_valve::ServoValve;
 
 use super::actuator::Actuator;
 use super::declare::Declare;
-use super::effects::{Moment, Port};
+use super::effects::{Moment, Port, Stage};
 use super::ports::{Attached, Ports};
 use super::structure::Structure;
 use super::{Initial, Input, Output, Outputs, Parameter, Real};
@@ -106,13 +106,13 @@ pub trait Equations<R: Real, P: Ports<R>> {
         initial: Initial,
     );
 
-    /// The time derivative of the states, in an integration step that began with this slip direction.
+    /// The time derivative of the states at this stage of an integration step.
     fn derivative(
         &self,
         ports: &P,
         state: &[R],
         input: &Input<R>,
-        slip_direction: R,
+        stage: &Stage<R>,
         slope: &mut [R],
     );
 

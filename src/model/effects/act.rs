@@ -19,6 +19,29 @@ pub struct Motion<R> {
     pub load: R,
 }
 
+/// Where in an integration step something is asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Stage<R> {
+    /// Time since the step began, s.
+    pub since: R,
+    /// The command when it began. From there the command goes straight.
+    pub command: R,
+    /// The sign in which what can stick moved, or set out to move, when it began; zero while it sticks.
+    pub slip_direction: R,
+}
+
+impl<R: Real> Stage<R> {
+    /// The beginning of a step with this `command`, of what cannot stick.
+    #[inline(always)]
+    pub fn first(command: R) -> Self {
+        Self {
+            since: R::constant(0.0),
+            command,
+            slip_direction: R::constant(0.0),
+        }
+    }
+}
+
 /// When something is observed, and in what surroundings.
 #[derive(Debug, Clone, Copy)]
 pub struct Moment<R> {
@@ -59,6 +82,20 @@ pub trait Act<R: Real> {
     fn command(&self, _own: &mut [R], command: R) -> R {
         command
     }
+
+    /// The reference that the loop compares a spool at `spool` with, in an integration step that began with these states.
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, _spool: R, _stage: &Stage<R>) -> R {
+        command
+    }
+
+    /// The effect's states after an integration step that ended with this command and spool.
+    #[inline(always)]
+    fn remember(&self, _own: &mut [R], _command: R, _spool: R, _stage: &Stage<R>) {}
+
+    /// The effect's states when the spool has long been at `spool`.
+    #[inline(always)]
+    fn settled_spool(&self, _own: &mut [R], _spool: R) {}
 
     /// Whether a spool at rest feels the effect in its drive.
     fn pulls(&self) -> bool {

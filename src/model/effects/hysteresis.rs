@@ -2,7 +2,7 @@
 
 use super::entry;
 use super::view::{self, Over, Values, View};
-use super::{Act, Entry, Port};
+use super::{Act, Entry, Port, Stage};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -64,9 +64,84 @@ impl<R: Real> Act<R> for Hysteresis<R> {
     }
 }
 
+pub(super) const FEEDBACK: Entry = Entry {
+    name: "hysteresis~feedback",
+    port: Port::Actuator,
+    summary: "The loop's feedback passes through a play",
+    finding: "a play of ±{hysteresis_feedback} lies between the spool and its feedback",
+    equation: "sat(u - y, S), y = max(x - b, min(x + b, y_before)), half-width b = hysteresis_feedback",
+    shows: "a spool that runs ahead of its command by the play, in the direction of its motion, at any speed",
+    confused: "hysteresis, whose spool stays behind its command; friction, which shows at reversals alone",
+    source: "backlash in mechanical feedback: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        let most = 0.2 * scale.command;
+        vec![Parameter::linear(
+            "hysteresis_feedback",
+            &scale.command_unit,
+            0.0,
+            0.0,
+            most,
+        )]
+    },
+    applies: entry::moves_a_spool,
+    ..ENTRY
+};
+
+/// The feedback of the loop passes through a play.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct HysteresisOfFeedback<R> {
+    width: R,
+}
+
+impl<R: Real> HysteresisOfFeedback<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { width: next() }
+    }
+
+    #[inline(always)]
+    fn feedback(&self, own: R, spool: R) -> R {
+        (spool - self.width).max((spool + self.width).min(own))
+    }
+}
+
+impl<R: Real> Act<R> for HysteresisOfFeedback<R> {
+    #[inline(always)]
+    fn reference(&self, own: &[R], command: R, spool: R, _stage: &Stage<R>) -> R {
+        command + (spool - self.feedback(own[0], spool))
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], _command: R, spool: R, _stage: &Stage<R>) {
+        own[0] = self.feedback(own[0], spool);
+    }
+
+    #[inline(always)]
+    fn settled_spool(&self, own: &mut [R], spool: R) {
+        own[0] = spool;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn in_the_feedback_the_spool_runs_ahead_by_the_half_width() {
+        let mut values = [0.5].into_iter();
+        let effect: HysteresisOfFeedback<f64> =
+            HysteresisOfFeedback::new(|| values.next().unwrap());
+        let mut own = [0.0];
+        effect.settled_spool(&mut own, 1.0);
+        let mut error = |command, spool| {
+            let stage = Stage::first(command);
+            effect.remember(&mut own, command, spool, &stage);
+            effect.reference(&own, command, spool, &stage) - spool
+        };
+        // No error is seen where the spool is ahead of its command by the half-width, on the way up and on the way down.
+        assert_eq!([error(2.0, 2.5), error(1.0, 0.5)], [0.0, 0.0]);
+        assert_eq!(error(2.0, 1.0), 1.0);
+    }
 
     #[test]
     fn the_play_follows_at_its_half_width() {

@@ -8,7 +8,7 @@ mod entry;
 mod own;
 pub mod view;
 
-pub use act::{Act, Moment, Motion};
+pub use act::{Act, Moment, Motion, Stage};
 pub use entry::{Effect, Entry, Port, Scale, Trial};
 pub use own::{Law, register};
 
@@ -57,6 +57,18 @@ macro_rules! catalogue {
             #[inline(always)]
             fn command(&self, own: &mut [R], command: R) -> R {
                 match self { $(Self::$Type(effect) => effect.command(own, command),)* Self::Own(users) => users.0.command(own, command) }
+            }
+            #[inline(always)]
+            fn reference(&self, own: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.reference(own, command, spool, stage),)* Self::Own(users) => users.0.reference(own, command, spool, stage) }
+            }
+            #[inline(always)]
+            fn remember(&self, own: &mut [R], command: R, spool: R, stage: &Stage<R>) {
+                match self { $(Self::$Type(effect) => effect.remember(own, command, spool, stage),)* Self::Own(users) => users.0.remember(own, command, spool, stage) }
+            }
+            #[inline(always)]
+            fn settled_spool(&self, own: &mut [R], spool: R) {
+                match self { $(Self::$Type(effect) => effect.settled_spool(own, spool),)* Self::Own(users) => users.0.settled_spool(own, spool) }
             }
             #[inline(always)]
             fn pulls(&self) -> bool {
@@ -177,6 +189,8 @@ catalogue! {
     slew_limit::SlewLimitBehind = BEHIND,
     stroke_limit::StrokeLimitBehind = BEHIND,
     stroke_limit::StrokeLimitOfCommand = COMMAND,
+    slew_limit::SlewLimitOfCommand = COMMAND,
+    hysteresis::HysteresisOfFeedback = FEEDBACK,
     sensor_lag::SensorLagOfSecondOrder = SECOND_ORDER,
     flow_saturation::FlowSaturation,
 }

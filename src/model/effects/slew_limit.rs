@@ -2,7 +2,7 @@
 
 use super::entry;
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Motion, Port, Scale};
+use super::{Act, Entry, Motion, Port, Scale, Stage};
 use crate::model::{Parameter, Real};
 
 /// The parameter of each form, whose start is where there is no limit.
@@ -102,9 +102,126 @@ impl<R: Real> Act<R> for SlewLimitBehind<R> {
     }
 }
 
+pub(super) const COMMAND: Entry = Entry {
+    name: "slew_limit~command",
+    summary: "The amplifier's ramp generator limits the rate of the command",
+    finding: "the command rises by {ramp_span} in no less than {ramp_time}",
+    equation: "|dr/dt| <= ramp_span / ramp_time, sat(r - x, S) instead of sat(u - x, S)",
+    shows: "steps become ramps that end as the loop's own small steps do; what is slow shows nothing",
+    confused: "slew_limit, whose spool reaches its speed at once; saturation, which limits the speed but not by the command",
+    source: "ramp generators of valve amplifiers; ISO 10770-1",
+    parameters: |scale, _| {
+        let unit = &scale.command_unit;
+        let span = Parameter::linear("ramp_span", unit, 0.0, scale.command, scale.command);
+        vec![
+            Parameter::linear("ramp_time", "s", 0.0, 0.0, scale.length),
+            span.fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        // The fastest motion is at the limit, if there is one.
+        [1.0, 1.5, 3.0]
+            .map(|share| vec![share * scale.command / scale.speed])
+            .to_vec()
+    },
+    imitated_by: &["saturation"],
+    states: &["ramp"],
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::Time,
+        Values::Given(&[0.1]),
+    )),
+    ..ENTRY
+};
+
+/// The command is limited in its rate.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitOfCommand<R> {
+    time: R,
+    span: R,
+}
+
+impl<R: Real> SlewLimitOfCommand<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            time: next(),
+            span: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitOfCommand<R> {
+    #[inline(always)]
+    fn reference(&self, own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
+        let one = R::constant(1.0);
+        let sign = |value: R| value.if_positive(one, -one);
+        let ahead = stage.command - own[0];
+        let change = command - stage.command;
+        let side = ahead.abs().if_positive(sign(ahead), sign(change));
+        // Times the ramp time: how far a ramp goes, and how fast it comes nearer to the command, which may be without a ramp.
+        let reach = self.span * stage.since;
+        let closing = reach - side * self.time * change;
+        let needed = self.time * ahead.abs();
+        let ramp = reach / self.time;
+        // Once it has met a command that goes faster, it stays behind that.
+        let left = one - needed / closing;
+        let behind = command + (sign(change) * ramp - change) * left;
+        let met = (self.time * change.abs() - reach).if_positive(behind, command);
+        (needed - closing).if_positive(own[0] + side * ramp, met)
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], command: R, spool: R, stage: &Stage<R>) {
+        own[0] = self.reference(own, command, spool, stage);
+    }
+
+    #[inline(always)]
+    fn settled_spool(&self, own: &mut [R], spool: R) {
+        own[0] = spool;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_ramp_follows_the_command_no_faster_than_its_limit() {
+        let ramp = |time: f64| {
+            let mut values = [time, 10.0].into_iter();
+            SlewLimitOfCommand::<f64>::new(|| values.next().unwrap())
+        };
+        let mut own = [0.0];
+        let held = |command, since| Stage {
+            since,
+            ..Stage::first(command)
+        };
+        let mut step = |ramp: &SlewLimitOfCommand<f64>, command| {
+            ramp.remember(&mut own, command, 0.0, &held(command, 1e-3));
+            own[0]
+        };
+        let slow = ramp(0.1);
+        let ends = [0.25, 0.25, 0.25, 0.25, -1.0].map(|command| step(&slow, command));
+        for (end, expected) in ends.iter().zip([0.1, 0.2, 0.25, 0.25, 0.15]) {
+            assert!((end - expected).abs() < 1e-12, "{ends:?}");
+        }
+        assert_eq!(
+            [7.0, 7.0, -3.0].map(|u| step(&ramp(0.0), u)),
+            [7.0, 7.0, -3.0]
+        );
+        assert_eq!(slow.reference(&[1.0], 5.0, 0.0, &held(5.0, 0.0)), 1.0);
+        // A ramp of 0.1 meets a command that falls from 0.05 above it by 0.2, after a sixth of the step.
+        let falls = Stage {
+            since: 1e-3,
+            ..Stage::first(1.05)
+        };
+        let found = slow.reference(&[1.0], 0.85, 0.0, &falls);
+        assert!(
+            (found - (1.0 + 0.1 / 6.0 - 0.5 / 6.0)).abs() < 1e-12,
+            "{found}"
+        );
+    }
 
     #[test]
     fn neither_speed_nor_lead_passes_the_limit() {

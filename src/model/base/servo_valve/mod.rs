@@ -10,7 +10,7 @@ pub use records::{parameters_for, remarks, scale_of, structure_for};
 use super::{BaseModel, Equations, Shown, WithEquations};
 use crate::model::actuator::Actuator;
 use crate::model::declare::Declare;
-use crate::model::effects::{Moment, Motion, Port};
+use crate::model::effects::{Moment, Motion, Port, Stage};
 use crate::model::ports::Ports;
 use crate::model::valve::{Drop, Meter, Pressures, Valve, ValveForm};
 use crate::model::{Initial, Input, Output, Outputs, Pace, Parameter, Real, Structure};
@@ -450,6 +450,20 @@ impl<R: Real> ServoValveEquations<R> {
     }
 }
 
+/// `(ż, ẋ)` of the loop at this stage of an integration step.
+#[inline(always)]
+fn rates<R: Real, P: Ports<R>>(
+    ports: &P,
+    actuator: &Actuator<R>,
+    state: &[R],
+    input: &Input<R>,
+    stage: &Stage<R>,
+) -> (R, R) {
+    let (integrator, spool) = (state[INTEGRATOR], state[SPOOL]);
+    let reference = ports.reference(state, input.command, spool, stage);
+    actuator.derivative(integrator, spool, reference)
+}
+
 /// How a spool moves that has this `speed` and `load`, where it can stick with this slip direction.
 #[inline(always)]
 fn motion<R: Real>(
@@ -490,6 +504,9 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 self.spool_at_rest(ports, actuator, state, input);
             }
         }
+        if self.actuator.is_some() {
+            ports.settled_spool(state, state[SPOOL]);
+        }
         if self.piston_speed.is_some() {
             *self.position(state) = measured[Output::Position];
         }
@@ -513,7 +530,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         ports: &P,
         state: &[R],
         input: &Input<R>,
-        slip_direction: R,
+        stage: &Stage<R>,
         slope: &mut [R],
     ) {
         P::outlined(
@@ -522,10 +539,9 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 let with_flow = self.piston_speed.is_some() || ports.follows_flow();
                 let path = self.path(ports, state, input, with_flow);
                 if let Some(actuator) = &self.actuator {
-                    let (drive, speed) =
-                        actuator.derivative(state[INTEGRATOR], state[SPOOL], input.command);
+                    let (drive, speed) = rates(ports, actuator, state, input, stage);
                     let load = self.load(&path);
-                    let motion = motion(actuator, state[SPOOL], speed, load, slip_direction);
+                    let motion = motion(actuator, state[SPOOL], speed, load, stage.slip_direction);
                     let drive = ports.corrected_drive(drive, actuator.gain(), state[SPOOL], speed);
                     slope[INTEGRATOR] = ports.drive(drive, &motion);
                     slope[SPOOL] = ports.speed(speed, &motion);
@@ -592,8 +608,8 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 #[inline(always)]
                 || {
                     let path = self.path(ports, state, input, false);
-                    let (drive, speed) =
-                        actuator.derivative(state[INTEGRATOR], state[SPOOL], input.command);
+                    let stage = Stage::first(input.command);
+                    let (drive, speed) = rates(ports, actuator, state, input, &stage);
                     let motion = motion(actuator, state[SPOOL], speed, self.load(&path), zero);
                     ports.slip_direction(drive, motion)
                 },
@@ -619,8 +635,13 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             return;
         }
         let zero = R::constant(0.0);
-        let (_, speed) = actuator.derivative(before[INTEGRATOR], before[SPOOL], start.command);
-        let (drive, _) = actuator.derivative(state[INTEGRATOR], state[SPOOL], end.command);
+        let stage = Stage {
+            since: step,
+            slip_direction,
+            command: start.command,
+        };
+        let (_, speed) = rates(ports, actuator, before, start, &Stage::first(start.command));
+        let (drive, _) = rates(ports, actuator, state, end, &stage);
         let earlier = self.path(ports, before, start, false);
         let path = self.path(ports, state, end, false);
         let began = self.load(&earlier);
@@ -628,16 +649,13 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         let rests = motion(actuator, state[SPOOL], zero, self.load(&path), zero);
         (state[INTEGRATOR], state[SPOOL]) =
             ports.end_step(state[INTEGRATOR], state[SPOOL], drive, &began, &rests, step);
+        ports.remember(state, end.command, state[SPOOL], &stage);
     }
 
     #[inline(always)]
     fn speed(&self, _: &P, state: &[R], input: &Input<R>) -> R {
         match &self.actuator {
-            Some(actuator) => {
-                actuator
-                    .derivative(state[INTEGRATOR], state[SPOOL], input.command)
-                    .1
-            }
+            Some(actuator) => actuator.speed(state[INTEGRATOR], state[SPOOL]),
             None => self.spool(state, input),
         }
     }

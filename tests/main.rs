@@ -4,6 +4,7 @@ mod bad;
 mod base_model;
 mod batch;
 mod bees;
+mod beginnings;
 mod blocked;
 mod browser;
 mod card;

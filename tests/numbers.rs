@@ -125,6 +125,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
             rows: 400,
             is_static: false,
             bench: Vec::new(),
+            beginnings: Vec::new(),
             conditions: Conditions::default(),
             records: Vec::new(),
         },

@@ -9,6 +9,7 @@ use super::identified::Identified;
 use super::located::{Located, located};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
+use super::run_in::{at_rest, is_better, with_run_in};
 use super::signature::{closest, of_effects, of_residual};
 use super::simulation::{Compared, Sides, residual_in_all_rows};
 use super::stage::Stage;
@@ -41,39 +42,43 @@ pub fn identify(
     options: &Options,
     progress: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Identified> {
-    let base = problem.first_fit();
-    let IdentificationProblem {
-        sizes,
-        measurements,
-        hold_known,
-        ..
-    } = problem;
-    let mut problem = base;
+    let asked = problem;
+    let measurements = &asked.measurements;
+    let hold_known = asked.hold_known;
     let mut stage = Stage::new(progress, plan.memory.interrupt());
     stage.begins("base model");
-    let found = fit_and_hop(&problem, evaluator, plan, &mut |done| {
-        stage.generation(done)
-    })?;
-    let mut evaluations = found.evaluations;
-    let mut first = Fitted::new(problem.clone(), found, &measurements, None, plan);
+    let mut first = base_fit(&asked, evaluator, plan, &mut stage)?;
+    if stage.goes_on()
+        && let Some(later) = with_run_in(&asked, &first)
+    {
+        if let Some(rest) = at_rest(&asked) {
+            let fitted = base_fit(&rest, evaluator, plan, &mut stage)?;
+            if is_better(&fitted, &rest, &first) {
+                return identify(rest, evaluator, plan, options, progress);
+            }
+        }
+        return identify(later, evaluator, plan, options, progress);
+    }
+    let mut problem = first.problem.clone();
+    let mut evaluations = first.fit.evaluations;
     let search = first.fit.clone();
     if !hold_known
         && stage.goes_on()
-        && let Some(other) = complete_other_way(&first, &measurements, plan)?
+        && let Some(other) = complete_other_way(&first, measurements, plan)?
     {
         evaluations += other.fit.evaluations;
         problem.structure.hold = other.problem.structure.hold;
         first = other;
     }
-    let noise = first.noise(&measurements, false);
+    let noise = first.noise(measurements, false);
     let start = first.fit.values();
     let mut diagnosis = Diagnosis {
         evaluator,
         plan,
         options,
         stage,
-        measurements: &measurements,
-        sizes,
+        measurements,
+        sizes: asked.sizes.clone(),
         hold_known,
         search: &search,
         evaluations,
@@ -91,7 +96,7 @@ pub fn identify(
         }
     }
     // What was taken for noise at rest may have been an effect: a hum, say. Once it is named, the floor is lower.
-    let floor = result.after.noise(&measurements, true);
+    let floor = result.after.noise(measurements, true);
     let lower = |(name, before): (&String, &Noise)| floor[name].value < QUIETER * before.value;
     if !result.added.is_empty() && result.noise.iter().any(lower) && diagnosis.stage.goes_on() {
         let again = diagnosis.of(problem, start, floor)?;
@@ -101,14 +106,34 @@ pub fn identify(
             None => result = again,
         }
     }
+    // What was beside a strong effect when the base model was fitted may show now.
+    if diagnosis.stage.goes_on()
+        && let Some(later) = with_run_in(&asked, &result.after)
+    {
+        return identify(later, evaluator, plan, options, progress);
+    }
     // The sources beside the floor are those of what is left in the end.
-    for (name, noise) in result.after.noise(&measurements, false) {
+    for (name, noise) in result.after.noise(measurements, false) {
         let own = result.noise.get_mut(&name).expect("of the same channels");
         own.sources = noise.sources;
     }
     result.evaluations = diagnosis.evaluations;
     result.check_integration()?;
     Ok(result)
+}
+
+/// The base model, fitted to the records that are not held out.
+fn base_fit(
+    asked: &IdentificationProblem,
+    evaluator: &mut dyn Evaluator,
+    plan: &Plan,
+    stage: &mut Stage,
+) -> Result<Fitted> {
+    let problem = asked.first_fit();
+    let found = fit_and_hop(&problem, evaluator, plan, &mut |done| {
+        stage.generation(done)
+    })?;
+    Ok(Fitted::new(problem, found, &asked.measurements, None, plan))
 }
 
 /// The held-out error of a result, squared, in units of noise and summed over all channels.

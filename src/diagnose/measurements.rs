@@ -1,6 +1,7 @@
 //! Records cut into what is fitted and what is held out.
 
 use super::conditions::Conditions;
+use super::simulation::Sides;
 use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::model::Structure;
@@ -74,6 +75,8 @@ pub struct Measurements {
     pub is_static: bool,
     /// What their bench is taken to be, where that is not what most are.
     pub bench: Vec<String>,
+    /// How records begin, where that is not as the model has it, in words.
+    pub beginnings: Vec<String>,
     /// What the oil was at.
     pub conditions: Conditions,
 }
@@ -100,6 +103,7 @@ impl Measurements {
             records: Vec::new(),
             is_static: records.iter().all(Record::is_static),
             bench: remarks(structure, records),
+            beginnings: Vec::new(),
             conditions: Conditions::of(&records.iter().chain(hold_out).collect::<Vec<_>>()),
         };
         let mut add = |record: &Record, fitted: usize| -> Result<()> {
@@ -158,6 +162,37 @@ impl Measurements {
         Ok(result)
     }
 
+    /// Lets the first of these rows of each series run the simulation in; none where there are zero.
+    pub(super) fn run_in(&mut self, rows: &Sides<Vec<usize>>) {
+        let fit = self.fit.iter_mut().zip(&rows.fit);
+        let hold_out = self.hold_out.iter_mut().zip(&rows.hold_out);
+        let both = fit
+            .map(|one| (one, false))
+            .chain(hold_out.map(|one| (one, true)));
+        for ((series, &rows), held) in both.filter(|((_, rows), _)| **rows > 0) {
+            let first = first_counting(series);
+            for sample in &mut series.samples[first..rows] {
+                sample.weight = 0.0;
+            }
+            let used = self
+                .records
+                .iter_mut()
+                .find(|used| used.name == series.name);
+            if let Some(used) = used {
+                *match held {
+                    true => &mut used.held_out,
+                    false => &mut used.fitted,
+                } -= rows - first;
+            }
+            let begins = format!("{} begins in motion", series.name);
+            self.beginnings.retain(|known| !known.starts_with(&begins));
+            let seconds = series.time[rows] - series.time[0];
+            self.beginnings.push(format!(
+                "{begins}: its first {seconds:.3} s run the simulation in, and nothing is compared with them"
+            ));
+        }
+    }
+
     /// Rows that count, fitted and held out.
     pub fn used(&self) -> usize {
         let series = self.fit.iter().chain(&self.hold_out);
@@ -166,6 +201,12 @@ impl Measurements {
             .filter(|sample| sample.weight > 0.0)
             .count()
     }
+}
+
+/// The first row that counts.
+pub(super) fn first_counting(series: &Series) -> usize {
+    let first = series.samples.iter().position(|sample| sample.weight > 0.0);
+    first.unwrap_or(series.samples.len())
 }
 
 /// Where each record, or each piece of one, begins among the rows that count.

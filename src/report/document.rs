@@ -132,6 +132,7 @@ impl Document {
                 warnings.push(format!("{} sits on a bound of its range", parameter.name));
             }
         }
+        warnings.extend(identified.measurements.beginnings.iter().cloned());
         warnings.extend(after.unexcited.iter().map(Unexcited::describe));
         let hold = HoldReport::from(&identified.between);
         warnings.extend(hold.warning());

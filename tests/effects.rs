@@ -97,8 +97,11 @@ fn the_catalogue_is_that_of_the_reference() {
         "flow_force",
         "stroke_limit",
         "overlap",
+        "overlap~rounded",
+        "overlap~edges",
         "asymmetric_gain",
         "gain_curvature",
+        "gain_curvature~knee",
         "flow_saturation",
         "leakage",
         "supply_droop",
@@ -412,7 +415,7 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 39] = [
+const TWINS: [Twin; 42] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -469,6 +472,21 @@ const TWINS: [Twin; 39] = [
         &[("stroke_limit_command", 7.0)],
     ),
     ("overlap=4", "overlap", &[("overlap", 4.0)]),
+    (
+        "overlap~rounded=4:width=3",
+        "overlap~rounded",
+        &[("overlap_rounded", 4.0), ("edge_rounding", 3.0)],
+    ),
+    (
+        "overlap~edges=6:negative=2",
+        "overlap~edges",
+        &[("overlap_positive", 6.0), ("overlap_negative", 2.0)],
+    ),
+    (
+        "gain_curvature~knee=0.3:at=35",
+        "gain_curvature~knee",
+        &[("knee_share", 0.3), ("knee", 35.0)],
+    ),
     (
         "asymmetric_gain=0.08",
         "asymmetric_gain",

@@ -205,7 +205,7 @@ CAUSES = {
     "rounded overlap": Cause(ROUND_EDGES, ("overlap",), 0.2, 0.6),
     "knee": Cause(KNEE, ("gain_curvature",), 0.5, 0.8),
     "two slopes": Cause(SLOPES, ("asymmetric_gain",), 0.03, 0.1),
-    "underlap": Cause(UNDERLAP, ("overlap",), 0.3, 0.8),
+    "underlap": Cause(UNDERLAP, ("overlap", "gain_curvature"), 0.3, 0.8),
     "port shape": Cause(PORT_SHAPE, ("gain_curvature",), 0.2, 0.8),
     "offset of the opening": Cause(SHIFT, ("null_bias", "sensor_offset"), 0.1, 0.3),
     "droop of an accumulator": Cause(ACCUMULATOR, ("supply_droop",), 0.1, 0.3, (0.05, 0.4)),

@@ -94,12 +94,16 @@ impl Leak {
 struct Opening {
     /// h = sign(x) max(|x| − δ, 0).
     overlap: f64,
+    /// That of the other side, where h < 0.
+    overlap_negative: f64,
     /// The same with edges rounded over this width: h = ½ (x − δ + √((x − δ)² + w²)) + ½ (x + δ − √((x + δ)² + w²)).
     rounding: Option<f64>,
     /// h (1 + a sign(h)).
     asymmetry: f64,
     /// h + c h (|h| − 1).
     curvature: f64,
+    /// h − c clip(h, ±k).
+    knee: Option<(f64, f64)>,
     /// |h| ≤ s.
     saturation: f64,
 }
@@ -107,10 +111,17 @@ struct Opening {
 impl Opening {
     fn planted(planted: &[Planted]) -> Self {
         let rounded = find(planted, Kind::Overlap, Form::Rounded);
-        let overlap = rounded.map_or(value(planted, Kind::Overlap), |p| p.value);
+        let edges = find(planted, Kind::Overlap, Form::Edges);
+        let overlap = rounded
+            .or(edges)
+            .map_or(value(planted, Kind::Overlap), |p| p.value);
+        let negative = edges.map_or(overlap, |p| p.key("negative").unwrap_or(0.0));
+        let knee = find(planted, Kind::GainCurvature, Form::Knee);
         let width = |p: &Planted| p.key("width").unwrap_or(0.5 * p.value);
         Self {
             overlap: overlap / 100.0,
+            overlap_negative: negative / 100.0,
+            knee: knee.map(|p| (p.value, p.key("at").unwrap_or(40.0) / 100.0)),
             rounding: rounded.map(|p| width(p) / 100.0),
             asymmetry: value(planted, Kind::AsymmetricGain),
             curvature: value(planted, Kind::GainCurvature),
@@ -121,7 +132,7 @@ impl Opening {
 
     fn at(&self, x: f64) -> f64 {
         let h = match self.rounding {
-            None => x - x.clamp(-self.overlap, self.overlap),
+            None => x - x.clamp(-self.overlap_negative, self.overlap),
             Some(width) => {
                 let (low, high) = (x - self.overlap, x + self.overlap);
                 0.5 * (low + low.hypot(width) + high - high.hypot(width))
@@ -133,6 +144,9 @@ impl Opening {
             h * (1.0 - self.asymmetry)
         };
         let h = h + self.curvature * h * (h.abs() - 1.0);
+        let h = self
+            .knee
+            .map_or(h, |(share, at)| h - share * h.clamp(-at, at));
         h.clamp(-self.saturation, self.saturation)
     }
 }

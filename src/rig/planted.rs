@@ -88,6 +88,10 @@ pub enum Form {
     Soft,
     /// Metering edges that are rounded.
     Rounded,
+    /// Another overlap on either side of null.
+    Edges,
+    /// A gain that changes at one opening.
+    Knee,
     /// A lag of second order: two equal ones.
     SecondOrder,
 }
@@ -110,6 +114,8 @@ impl Form {
             Self::Clipped => "clipped",
             Self::Soft => "soft",
             Self::Rounded => "rounded",
+            Self::Edges => "edges",
+            Self::Knee => "knee",
             Self::SecondOrder => "second_order",
         }
     }
@@ -184,9 +190,11 @@ impl Kind {
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
                 &[Form::Clipped, Form::Soft, Form::Windup, Form::Command], &[("stiffness", 20.0, &[Form::Soft])]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
-                &[Form::Rounded], &[("width", f64::NAN, &[Form::Rounded])]),
+                &[Form::Rounded, Form::Edges],
+                &[("width", f64::NAN, &[Form::Rounded]), ("negative", 0.0, &[Form::Edges])]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
-            Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15, &[], &[]),
+            Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
+                &[Form::Knee], &[("at", 40.0, &[Form::Knee])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0, &[], &[]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,

@@ -45,9 +45,64 @@ impl<R: Real> Act<R> for GainCurvature<R> {
     }
 }
 
+pub(super) const KNEE: Entry = Entry {
+    name: "gain_curvature~knee",
+    summary: "The flow gain is another near null than beyond a knee",
+    finding: "up to {knee} the flow gain is smaller by {knee_share} than beyond",
+    equation: "h = x - knee_share clip(x, knee)",
+    shows: "an odd, static residual with a corner on either side of null",
+    confused: "gain_curvature, which has no corner; overlap, within which nothing flows",
+    source: "spools of two gains, underlap of edges that open one after another; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |_, _| {
+        vec![
+            Parameter::linear("knee_share", "1", -2.0, 0.0, 0.95),
+            Parameter::linear("knee", "%", 1.0, 30.0, 90.0),
+        ]
+    },
+    trials: |_, _| {
+        [[0.2, 50.0], [0.2, 25.0], [-0.3, 50.0], [-0.4, 5.0]]
+            .map(Vec::from)
+            .to_vec()
+    },
+    applies: entry::has_lands,
+    ..ENTRY
+};
+
+/// The flow gain has a knee.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct GainKnee<R> {
+    share: R,
+    knee: R,
+}
+
+impl<R: Real> GainKnee<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            share: next(),
+            knee: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for GainKnee<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        opening - self.share * opening.clamp(-self.knee, self.knee)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_gain_changes_at_the_knee() {
+        let mut values = [0.25, 40.0].into_iter();
+        let effect: GainKnee<f64> = GainKnee::new(|| values.next().unwrap());
+        let found = [0.0, 20.0, -40.0, 100.0].map(|x| effect.opening(x));
+        assert_eq!(found, [0.0, 15.0, -30.0, 90.0]);
+    }
 
     #[test]
     fn it_bends_between_null_and_full_scale() {

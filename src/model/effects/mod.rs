@@ -191,6 +191,9 @@ catalogue! {
     stroke_limit::StrokeLimitOfCommand = COMMAND,
     slew_limit::SlewLimitOfCommand = COMMAND,
     hysteresis::HysteresisOfFeedback = FEEDBACK,
+    overlap::OverlapRounded = ROUNDED,
+    overlap::OverlapOfEdges = EDGES,
+    gain_curvature::GainKnee = KNEE,
     sensor_lag::SensorLagOfSecondOrder = SECOND_ORDER,
     flow_saturation::FlowSaturation,
 }

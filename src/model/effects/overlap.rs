@@ -45,9 +45,130 @@ impl<R: Real> Act<R> for Overlap<R> {
     }
 }
 
+pub(super) const ROUNDED: Entry = Entry {
+    name: "overlap~rounded",
+    summary: "The lands cover the ports by the overlap, negative where they leave them open, with rounded edges",
+    finding: "the lands cover the ports by {overlap_rounded}, with edges rounded over {edge_rounding}",
+    equation: "h = x - (r(x + d) - r(x - d))/2, r(y) = sqrt(y^2 + w^2), overlap d, rounding w",
+    shows: "less flow near null, or more where the overlap is negative, which changes gradually",
+    confused: "overlap, which has a corner; gain_curvature, which changes along the whole stroke",
+    source: "underlap and rounded lands: Merritt, Hydraulic Control Systems, 1967; ISO 10770-1, lap",
+    parameters: |_, _| {
+        vec![
+            Parameter::linear("overlap_rounded", "%", -20.0, 0.0, 50.0),
+            Parameter::log("edge_rounding", "%", 0.1, 2.0, 50.0),
+        ]
+    },
+    trials: |_, _| {
+        [
+            [2.0, 1.0],
+            [5.0, 5.0],
+            [15.0, 5.0],
+            [-2.0, 1.0],
+            [-6.0, 3.0],
+        ]
+        .map(Vec::from)
+        .to_vec()
+    },
+    ..ENTRY
+};
+
+/// Edges of an overlap, or of an underlap, that open gradually.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct OverlapRounded<R> {
+    width: R,
+    rounding: R,
+}
+
+impl<R: Real> OverlapRounded<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            width: next(),
+            rounding: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for OverlapRounded<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let from = |edge: R| (edge * edge + self.rounding * self.rounding).sqrt();
+        opening - R::constant(0.5) * (from(opening + self.width) - from(opening - self.width))
+    }
+}
+
+pub(super) const EDGES: Entry = Entry {
+    name: "overlap~edges",
+    summary: "The lands overlap the ports by more on one side than on the other",
+    finding: "the ports open after {overlap_positive} of positive opening and {overlap_negative} of negative",
+    equation: "h = max(x - overlap_positive, 0) + min(x + overlap_negative, 0)",
+    shows: "no flow on one side of null, or on one side more than on the other; the spool does not show it",
+    confused: "overlap beside an offset of the spool sensor, which are the same; null_bias, which the spool shows",
+    source: "lap of each metering edge: ISO 10770-1; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |_, _| {
+        ["overlap_positive", "overlap_negative"]
+            .map(|name| Parameter::linear(name, "%", 0.0, 0.0, 50.0))
+            .to_vec()
+    },
+    trials: |_, _| {
+        [[3.0, 0.0], [0.0, 3.0], [10.0, 2.0], [2.0, 10.0]]
+            .map(Vec::from)
+            .to_vec()
+    },
+    ..ENTRY
+};
+
+/// Each side of the spool has an overlap of its own.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct OverlapOfEdges<R> {
+    positive: R,
+    negative: R,
+}
+
+impl<R: Real> OverlapOfEdges<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            positive: next(),
+            negative: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for OverlapOfEdges<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        opening - opening.clamp(-self.negative, self.positive)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn each_edge_opens_after_its_overlap() {
+        let mut values = [5.0, 2.0].into_iter();
+        let effect: OverlapOfEdges<f64> = OverlapOfEdges::new(|| values.next().unwrap());
+        let found = [-30.0, -2.0, 2.0, 6.0].map(|x| effect.opening(x));
+        assert_eq!(found, [-28.0, 0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn rounded_edges_are_square_far_away_and_an_underlap_doubles_the_gain() {
+        let opening = |width: f64, rounding: f64, x: f64| {
+            let mut values = [width, rounding].into_iter();
+            let effect: OverlapRounded<f64> = OverlapRounded::new(|| values.next().unwrap());
+            effect.opening(x)
+        };
+        assert!((opening(5.0, 0.1, 80.0) - 75.0).abs() < 1e-3);
+        assert!(opening(5.0, 0.1, 2.0).abs() < 0.01);
+        assert!((opening(-5.0, 0.1, 2.0) - 4.0).abs() < 0.01);
+        assert!((opening(-5.0, 0.1, 80.0) - 85.0).abs() < 1e-3);
+        assert!((opening(5.0, 5.0, 5.0) - opening(5.0, 0.1, 5.0)) > 0.5);
+        assert_eq!(opening(0.0, 2.0, 7.3), 7.3);
+    }
 
     #[test]
     fn nothing_opens_within_the_overlap() {

@@ -105,7 +105,7 @@ impl<R: Real> Act<R> for SlewLimitBehind<R> {
 pub(super) const COMMAND: Entry = Entry {
     name: "slew_limit~command",
     summary: "The amplifier's ramp generator limits the rate of the command",
-    finding: "the command rises by {ramp_span} in no less than {ramp_time}",
+    finding: "the command takes no less than {ramp_time} to full scale",
     equation: "|dr/dt| <= ramp_span / ramp_time, sat(r - x, S) instead of sat(u - x, S)",
     shows: "steps become ramps that end as the loop's own small steps do; what is slow shows nothing",
     confused: "slew_limit, whose spool reaches its speed at once; saturation, which limits the speed but not by the command",

@@ -24,6 +24,7 @@ mod gpu;
 mod html;
 mod identify;
 mod inspect;
+mod job_array;
 mod limits;
 mod loggers;
 mod mat;

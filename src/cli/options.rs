@@ -71,8 +71,9 @@ pub(super) struct Options {
 }
 
 /// Options that say where the result goes and how it is told, and whether a value follows.
-const ASIDE: [(&str, bool); 9] = [
+const ASIDE: [(&str, bool); 10] = [
     ("--out", true),
+    ("--task", true),
     ("--checkpoint", true),
     ("--units", true),
     ("--language", true),
@@ -198,7 +199,7 @@ mod tests {
         let kept = |call: &str| that_matter(call.split(' ').map(String::from)).join(" ");
         assert_eq!(
             kept(
-                "identify a.csv --out x --seed 3 --units us --language=de --checkpoint=y --map --out=z -q --json --resume --force"
+                "identify a.csv --out x --seed 3 --units us --language=de --checkpoint=y --map --out=z -q --json --resume --force --task 3/40"
             ),
             "identify a.csv --seed 3 --map"
         );

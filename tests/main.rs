@@ -30,6 +30,7 @@ mod loggers;
 mod mat;
 mod matlab;
 mod model_file;
+mod mpi;
 mod numbers;
 mod output;
 mod own;

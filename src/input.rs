@@ -2,7 +2,7 @@
 
 use crate::{Error, Result};
 use sha2::{Digest, Sha256};
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::Read;
 use std::path::Path;
 
@@ -34,6 +34,22 @@ pub(crate) fn bytes(path: &Path, longest: u64, shorter: &str) -> Result<Vec<u8>>
         format!("is longer than {} MiB", longest >> 20),
         shorter,
     ))
+}
+
+/// Keeps other runs from writing the `file` at `path` as long as it is open; `remedy` says what to do about one that does.
+///
+/// # Errors
+/// Another run has it open.
+pub(crate) fn lock(path: &Path, file: &File, remedy: &str) -> Result<()> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(Error::input(
+            path.display(),
+            "is in use by a run that has not ended",
+            remedy,
+        )),
+        // A file system without locks takes no harm but from two runs that are given the same file.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
 }
 
 /// The SHA-256 of `bytes`, in hexadecimal digits.

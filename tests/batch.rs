@@ -30,7 +30,7 @@ fn record(seed: u64, planted: &[&str]) -> String {
 }
 
 /// A folder `in` with so many records of healthy valves.
-fn valves(count: u64) -> TempDir {
+pub(crate) fn valves(count: u64) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     create_dir(folder.path().join("in")).unwrap();
     for seed in 1..=count {
@@ -142,7 +142,7 @@ fn every_file_has_a_row_and_a_place_and_a_bad_one_stops_no_other() {
 }
 
 /// The cells of a CSV file that quotes where it must.
-fn csv_rows(text: &str) -> Vec<Vec<String>> {
+pub(crate) fn csv_rows(text: &str) -> Vec<Vec<String>> {
     let mut rows = vec![vec![String::new()]];
     let mut quoted = false;
     for c in text.chars() {

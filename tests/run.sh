@@ -8,6 +8,9 @@
 #   SERVOBEE_SKIP_FMU=1      exported models in other tools: Python with tests/export/requirements.txt
 #   SERVOBEE_SKIP_PYTHON=1   the Python package: Python with python/tests/requirements.txt
 #
+# SERVOBEE_MPI=1 also tests ranks under mpirun. They need the program built once more, with other features: that takes four
+# minutes, so it is done on request and by tests/soak.sh.
+#
 # --quick runs only what another driver, compiler or processor can break: the modules of tests/main.rs that are named below.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -65,6 +68,11 @@ has_browser() {
     command -v chromium chromium-browser google-chrome > /dev/null
 }
 
+has_mpi() {
+    command -v mpicc > /dev/null && command -v mpirun > /dev/null || return 1
+    [ -n "${LIBCLANG_PATH:-}" ] || compgen -G '/usr/lib/llvm-*/lib/libclang*.so*' > /dev/null
+}
+
 # A Python of our own in the folder $2, with what the requirements in $3 name, for the tests that SERVOBEE_SKIP_$1=1 leaves out.
 install_python() {
     local group=$1 tools=$2 requirements=$3
@@ -86,6 +94,13 @@ if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then
     export SERVOBEE_PYTHON=$PWD/target/tools/bin/python
 fi
 if wanted PYTHON; then install_python PYTHON target/python python/tests/requirements.txt; fi
+
+# Ranks: the program with the feature mpi, put aside before the others take its place.
+if [ "${SERVOBEE_MPI:-}" = 1 ] && wanted MPI; then
+    has_mpi || install MPI libopenmpi-dev openmpi-bin libclang-dev
+    bash tests/mpi.sh
+    export SERVOBEE_MPI_PROGRAM=$PWD/target/mpi/servobee
+fi
 
 # What users run. With the whole workspace each time, so that all of it, the Python package too, has the same features of every
 # crate and is compiled once. Each test binary prints what it skips; --no-fail-fast shows every failure at once.

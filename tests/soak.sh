@@ -6,6 +6,7 @@
 # Parts, all of them without arguments:
 #   debug     every test with the checks of debug builds: overflows, assertions
 #   kill      runs killed a hundred times; 64 runs side by side; huge files
+#   mpi       ranks under mpirun
 #   outside   a crate that depends on this one, built in a folder of its own
 #   load      a hundred records of a million rows in one call
 #   fuzz      every fuzz target for SERVOBEE_FUZZ_SECONDS (3600)
@@ -26,6 +27,13 @@ debug_part() {
 kill_part() {
     SERVOBEE_SOAK=1 cargo test --release --locked --test all -- --show-output resume:: surroundings:: identify:: diagnosis::
     SERVOBEE_HUGE=1 cargo test --release --locked --test all -- --show-output bad::
+}
+
+mpi_part() {
+    command -v mpicc > /dev/null || { missing ranks "MPI (libopenmpi-dev, openmpi-bin, libclang-dev)"; return; }
+    bash tests/mpi.sh
+    cargo clippy --release --workspace --all-targets --features servobee/mpi --locked -- -D warnings
+    SERVOBEE_MPI_PROGRAM=$PWD/target/mpi/servobee cargo test --release --locked --workspace --test all -- --show-output mpi::
 }
 
 outside_part() {
@@ -84,7 +92,7 @@ supply_part() {
 }
 
 parts=("$@")
-[ $# -gt 0 ] || parts=(debug kill outside load fuzz mutants sanitize supply)
+[ $# -gt 0 ] || parts=(debug kill mpi outside load fuzz mutants sanitize supply)
 for part in "${parts[@]}"; do
     declare -F "${part}_part" > /dev/null || { echo "soak.sh: there is no part $part" >&2; exit 2; }
     echo "soak.sh: $part"

@@ -144,6 +144,8 @@ def batch(
     baseline: _Path | None = None,
     force: bool = False,
     resume: bool = False,
+    task: str | None = None,
+    client: Any = None,
     maps: _Maps = None,
     model: _Settings = None,
     effects: _Effects = "all",

@@ -3,6 +3,7 @@
 import os
 
 from . import _servobee
+from ._dask import on_workers
 from ._options import OPTIONS, known, settings, told, warn
 from ._progress import Progress
 from ._records import as_list, given
@@ -57,6 +58,8 @@ def batch(
     baseline=None,
     force=False,
     resume=False,
+    task=None,
+    client=None,
     maps=None,
     model=None,
     effects="all",
@@ -64,7 +67,12 @@ def batch(
     **options,
 ):
     """Identifies many files, each on its own, and writes index.html, batch.csv, batch.json and a report for each into the
-    folder `out`. Returns what batch.json has. A file that is refused or fails has a row, too. Options as of `identify`."""
+    folder `out`. Returns what batch.json has. A file that is refused or fails has a row, too. Options as of `identify`.
+
+    With `client`, a Client of Dask, its workers take the files: they need servobee and the same paths, and share nothing but
+    `out`. What a worker that dies leaves undone another one does, and the result is the same. `task` is "3/40" for every 40th
+    file, from the third on, as one task of a job array; `resume=True` without it gathers what the tasks have done.
+    """
     known("batch", options, OPTIONS)
     said = told(
         "batch",
@@ -74,10 +82,15 @@ def batch(
         baseline=None if baseline is None else os.fspath(baseline),
         force=force,
         resume=resume,
+        task=task,
         **options,
     )
+    files, out = [os.fspath(one) for one in as_list(files)], os.fspath(out)
     with Progress(progress, "batch") as progress:
-        text, words = _servobee.batch([os.fspath(one) for one in as_list(files)], out, said, progress)
+        if client is not None:
+            on_workers(client, files, out, said, progress)
+            said["resume"] = True
+        text, words = _servobee.batch(files, out, said, progress)
     warn(words)
     return parsed(text)
 

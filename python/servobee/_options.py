@@ -21,12 +21,16 @@ def known(function, options, names):
             raise TypeError(f"{function}() has no option {name!r}; it has {', '.join(names)}")
 
 
+# What a result does not depend on.
+ASIDE = ("force", "resume", "task")
+
+
 def told(function, **options):
     """What the extension is told, without what was not said."""
     if options.get("effects", "all") is None:
         raise refused("effects", "is None", 'give "all", "none" or a list of names')
     said = {name: value for name, value in options.items() if value is not None}
-    arguments = [function, *(f"{name}={_line(value)}" for name, value in said.items())]
+    arguments = [function, *(f"{name}={_line(value)}" for name, value in said.items() if name not in ASIDE)]
     if "maps" in said:
         said["maps"] = _maps(said["maps"])
     for name in ("model", "limits"):

@@ -17,5 +17,5 @@ mod _servobee {
     #[pymodule_export]
     use crate::session::{compare, identify, write};
     #[pymodule_export]
-    use crate::tools::{batch, datasheet, effects, export, simulate, synthesize};
+    use crate::tools::{batch, begin_batch, datasheet, effects, export, simulate, synthesize};
 }

@@ -1,6 +1,6 @@
 //! What stands beside a diagnosis: batches, simulations, exports, made-up records, datasheets, the catalogue.
 
-use crate::error::raised;
+use crate::error::{raised, refused};
 use crate::running::running;
 use crate::session::{Files, Said, Settings};
 use crate::source::{Given, Source};
@@ -13,7 +13,7 @@ use servobee::record::check_mappings;
 use servobee::report::{OutputFile, effects_json};
 use servobee::rig::{Meter, Noise, Quantisation, Setup, SpoolUnit, Valve};
 use servobee::search::datasheet::Case;
-use servobee::session::{Datasheet, RunningBatch, Simulated, found};
+use servobee::session::{Datasheet, RunningBatch, Simulated, Task, found};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -31,13 +31,22 @@ pub(crate) fn batch(
     let baseline: Option<PathBuf> = said.of("baseline")?;
     let [force, resume] = ["force", "resume"].map(|name| said.of::<bool>(name));
     let (force, resume) = (force?.unwrap_or(false), resume?.unwrap_or(false));
+    let task: Option<String> = said.of("task")?;
+    let task: Option<Task> = task
+        .map(|task| {
+            task.parse()
+                .map_err(|words: String| refused(py, "task", &format!("is {task:?}"), &words))
+        })
+        .transpose()?;
     running(py, told, move |progress, interrupt| {
         session.plan.memory = Memory::default().stopped_by(interrupt);
         let files = found(&files, &out)?;
-        let mut batch = match resume {
-            true => RunningBatch::resume(&session, &out)?,
-            false => RunningBatch::begin(&session, &out, force)?,
+        let mut batch = match (task, resume) {
+            (Some(task), _) => RunningBatch::task(&session, &out, task)?,
+            (None, true) => RunningBatch::resume(&session, &out)?,
+            (None, false) => RunningBatch::begin(&session, &out, force)?,
         };
+        let files = batch.share(baseline.as_deref(), &files);
         let mut chosen = choose(device)?;
         let mut all = || -> servobee::Result<()> {
             if let Some(path) = &baseline {
@@ -54,6 +63,16 @@ pub(crate) fn batch(
         let written = batch.write()?;
         result?;
         Ok((written.to_json(), batch.take_warnings()))
+    })
+}
+
+/// Makes the folder `out` of a batch, whose files tasks then take.
+#[pyfunction]
+pub(crate) fn begin_batch(py: Python<'_>, out: PathBuf, said: &Bound<'_, PyDict>) -> PyResult<()> {
+    let said = Said(said);
+    let (session, force) = (said.session()?, said.of("force")?.unwrap_or(false));
+    running(py, None, move |_, _| {
+        RunningBatch::begin(&session, &out, force).map(|_| ())
     })
 }
 

@@ -14,6 +14,7 @@ import polars
 import pytest
 
 import servobee
+from distributed import Client, LocalCluster
 from servobee import _calls, _options
 
 
@@ -196,6 +197,74 @@ def test_a_batch_has_a_row_for_every_file(bench, tmp_path):
     assert (tmp_path / "out" / "index.html").is_file()
 
 
+@pytest.fixture(scope="session")
+def client():
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        yield client
+
+
+def overview(folder):
+    """What a batch has written, but for when and how fast."""
+    batch = json.loads((folder / "batch.json").read_text())
+    date = batch.pop("date")
+    for row in batch["rows"]:
+        del row["seconds"]
+    page = (folder / "index.html").read_text().replace(date, "")
+    rows = [line.split(",") for line in (folder / "batch.csv").read_text().splitlines()]
+    seconds = rows[0].index("seconds")
+    return batch, page, [row[:seconds] + row[seconds + 1 :] for row in rows], sorted(os.listdir(folder))
+
+
+@pytest.fixture
+def records(table, tmp_path):
+    """A folder of short records, one of which is refused."""
+    folder = tmp_path / "records"
+    folder.mkdir()
+    for number in range(5):
+        table[number * 100 : number * 100 + 1500].to_csv(folder / f"valve{number}.csv", index=False)
+    (folder / "bad.csv").write_text("nothing")
+    return folder
+
+
+def test_a_batch_on_the_workers_of_dask_has_the_same_overview(records, client, tmp_path):
+    options = {"effects": "none", "device": "cpu", "seed": 3}
+    stages = []
+    servobee.batch(records, tmp_path / "whole", **options)
+    found = servobee.batch(records, tmp_path / "spread", client=client, progress=stages.append, **options)
+    assert [row.status for row in found.rows] == ["refused"] + 5 * ["ok"]
+    assert overview(tmp_path / "spread") == overview(tmp_path / "whole")
+    # The workers have done it, not the call that gathers.
+    assert "16/16 tasks" in stages and not any("valve" in stage for stage in stages)
+    with pytest.raises(servobee.InputError, match="exists"):
+        servobee.batch(records, tmp_path / "spread", client=client, **options)
+    servobee.batch(records, tmp_path / "spread", client=client, force=True, **options)
+    with pytest.raises(servobee.InputError, match="leave one of the two out"):
+        servobee.batch(records, tmp_path / "other", client=client, task="1/2", **options)
+    with pytest.raises(servobee.InputError, match="out/of"):
+        servobee.batch(records, tmp_path / "other", task="out/of", **options)
+    assert not (tmp_path / "other").exists()
+
+
+def test_the_readme_has_the_call():
+    readme = (pathlib.Path(__file__).parent.parent.parent / "README.md").read_text()
+    assert 'servobee.batch("records", "result", client=client)' in readme
+
+
+def test_a_worker_that_dies_is_made_up_for(records, client, tmp_path):
+    options = {"effects": "none", "device": "cpu"}
+    servobee.batch(records, tmp_path / "whole", **options)
+    killed = []
+
+    def kill(stage):
+        if not killed:
+            killed.extend(client.run(os.getpid).values())
+            os.kill(killed[0], signal.SIGKILL)
+
+    servobee.batch(records, tmp_path / "spread", client=client, progress=kill, **options)
+    assert overview(tmp_path / "spread") == overview(tmp_path / "whole")
+    assert killed
+
+
 def test_the_curve_of_a_datasheet_is_fitted(tmp_path):
     curve = tmp_path / "flow.csv"
     curve.write_text("opening [%],flow [L/min]\n" + "".join(f"{at},{0.1 * at}\n" for at in range(0, 101, 20)))
@@ -233,7 +302,7 @@ def test_a_made_up_record_has_what_was_planted():
 def test_the_stubs_name_every_option():
     stubs = ast.parse((pathlib.Path(servobee.__file__).parent / "__init__.pyi").read_text())
     typed = {one.name: {arg.arg for arg in one.args.kwonlyargs} for one in stubs.body if isinstance(one, ast.FunctionDef)}
-    for name, own in [("identify", set()), ("compare", set()), ("batch", {"baseline", "force", "resume"})]:
+    for name, own in [("identify", set()), ("compare", set()), ("batch", {"baseline", "force", "resume", "task", "client"})]:
         given = set(_options.OPTIONS) | own | {"maps", "model", "effects", "progress"}
         assert typed[name] == given, name
     assert typed["synthesize"] == set(_calls.SYNTHESIZE)

@@ -6,20 +6,25 @@ use super::{colour, interrupt};
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::evaluate::{Chosen, Memory};
 use servobee::report::{Batch, RowStatus};
-use servobee::session::{RunningBatch, found};
+use servobee::session::{RunningBatch, Task, found};
 use servobee::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// Identify many records one after the other, each on its own, and say which valve departs from the others
 ///
 /// Every file has a row in batch.csv and a place in index.html, with a link to its report; one that is refused or fails stops
-/// none of the others. Exit code 1 if any failed, else 2 if any was refused, else 3 if any does not meet its --limits.
+/// none of the others. Exit code 1 if any failed, else 2 if any was refused, else 3 if any does not meet its --limits. With
+/// --task it is one of many calls, on one machine or on many, which share nothing but the folder; one that dies is called again.
+/// Its exit code is 0 once each of its files has a row; the call without --task, with --resume, gathers the rows.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   servobee batch records --out result
   servobee batch monday/*.csv tuesday --baseline good.csv --limits limits.toml --out result
-  servobee batch records --out result --resume      goes on where it was interrupted, or with what has been added")]
+  servobee batch records --out result --resume      goes on where it was interrupted, or with what has been added
+  servobee batch records --out result --task 3/40   takes every 40th file, from the third on; of a job array of Slurm:
+  servobee batch records --out result --task $SLURM_ARRAY_TASK_ID/40
+  servobee batch records --out result --resume      after the last task: does what is missing, writes the table and the page")]
 pub(super) struct Arguments {
     /// Records, and folders whose files are all taken, with those of the folders in them
     #[arg(required = true, value_name = "FOLDER|FILE")]
@@ -30,6 +35,9 @@ pub(super) struct Arguments {
     /// A record of a valve that is as it should be, with which the others are compared; otherwise they are with one another
     #[arg(long, value_name = "RECORD")]
     baseline: Option<PathBuf>,
+    /// Take only every N-th file, from the I-th on, into a folder that other tasks share
+    #[arg(long, value_name = "I/N", conflicts_with = "force")]
+    task: Option<Task>,
     #[command(flatten)]
     diagnosis: DiagnosisOptions,
     #[command(flatten)]
@@ -41,10 +49,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let mut session = arguments.diagnosis.session(run)?;
     session.plan.memory = Memory::default().stopped_by(interrupt::interrupt());
     let files = found(&arguments.files, out)?;
-    let mut batch = match run.resume {
-        true => RunningBatch::resume(&session, out)?,
-        false => RunningBatch::begin(&session, out, run.force)?,
+    let mut batch = match (arguments.task, run.resume) {
+        (Some(task), _) => RunningBatch::task(&session, out, task)?,
+        (None, true) => RunningBatch::resume(&session, out)?,
+        (None, false) => RunningBatch::begin(&session, out, run.force)?,
     };
+    let files = batch.share(arguments.baseline.as_deref(), &files);
     let mut chosen = run.evaluator()?;
     interrupt::watch()?;
     if !run.quiet {
@@ -55,7 +65,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     bar.finish_and_clear();
     let written = batch.write()?;
     result?;
+    if let Some(task) = arguments.task {
+        if !run.quiet {
+            tally(&written);
+            tell!(
+                "Task {task} is done; after the last one --resume without --task writes the table and the page"
+            );
+        }
+        return Ok(());
+    }
     if !run.quiet {
+        tally(&written);
         print(&written, out);
     }
     outcome(&written)
@@ -72,7 +92,7 @@ fn bar(files: usize) -> ProgressBar {
 fn all(
     batch: &mut RunningBatch,
     arguments: &Arguments,
-    files: &[PathBuf],
+    files: &[&Path],
     chosen: &mut Chosen,
     bar: &ProgressBar,
 ) -> Result<()> {
@@ -103,8 +123,8 @@ fn all(
     Ok(())
 }
 
-/// How it went, and which valves depart.
-fn print(batch: &Batch, out: &Path) {
+/// How it went.
+fn tally(batch: &Batch) {
     let count = |status: RowStatus| batch.count(|row| row.status == status);
     colour::answer(format_args!(
         "\n{} ok, {} refused, {} failed.",
@@ -112,6 +132,10 @@ fn print(batch: &Batch, out: &Path) {
         count(RowStatus::Refused),
         count(RowStatus::Failed)
     ));
+}
+
+/// Which valves depart.
+fn print(batch: &Batch, out: &Path) {
     tell!("Valves are {}.", batch.compared);
     for (row, departures) in batch.rows.iter().zip(&batch.departures) {
         let Some(own) = departures else { continue };

@@ -3,13 +3,15 @@
 mod phases;
 mod workgroups;
 
+use super::ranks;
 use super::table::table;
 use indicatif::{ProgressBar, ProgressStyle};
 use phases::Phases;
 use serde::Serialize;
 use servobee::evaluate::gpu::{self, Checks, GpuEvaluator};
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, workload,
+    Choice, Cost, CpuEvaluator, Devices, Evaluator, PARITY, Population, Precision, Problem,
+    workload,
 };
 use servobee::{Error, Result};
 use std::time::{Duration, Instant};
@@ -27,7 +29,7 @@ const MOST_RUNS: usize = 7;
 /// Every evaluator first has to agree with the CPU in f64 on 1024 candidates. Then populations of 64 to 262144
 /// candidates of the base model are timed, as often as the time allows, and the median counts. A size that would not
 /// fit into the time is left out. A GPU is measured with and without the driver's checks of loops and indices; runs
-/// compute without.
+/// compute without. Under mpirun all ranks are measured as one, and the bytes that go to and from the first one.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   servobee bench
@@ -95,6 +97,9 @@ struct Timing {
     /// Median of the runs.
     seconds: f64,
     candidate_steps_per_second: f64,
+    /// Bytes that went to other processes and came from them, in the first run and in each later one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bytes: Option<[u64; 2]>,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<()> {
@@ -122,7 +127,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let results = measure(&mut *evaluator, &problem, share, &bar)?;
         let largest = results.last().map_or(0, |timing| timing.population);
         let phases = match contestant {
-            Contestant::Cpu(_) => Vec::new(),
+            Contestant::Cpu(_) | Contestant::Ranks(_) => Vec::new(),
             Contestant::Gpu(adapter, checks) => {
                 let population = workload::population(&problem, largest.min(phases::POPULATION));
                 phases::phases(GpuEvaluator::new(adapter, *checks)?, &problem, &population)?
@@ -161,6 +166,7 @@ fn style() -> ProgressStyle {
 enum Contestant {
     Cpu(Precision),
     Gpu(wgpu::Adapter, Checks),
+    Ranks(Devices),
 }
 
 impl Contestant {
@@ -168,6 +174,7 @@ impl Contestant {
         Ok(match self {
             Self::Cpu(precision) => Box::new(CpuEvaluator::new(*precision)),
             Self::Gpu(adapter, checks) => Box::new(GpuEvaluator::new(adapter, *checks)?),
+            Self::Ranks(devices) => ranks::choose(devices)?.evaluator,
         })
     }
 
@@ -182,6 +189,14 @@ impl Contestant {
 
 /// All that `which` names.
 fn contestants(which: Which) -> Result<Vec<Contestant>> {
+    if ranks::bytes().is_some() {
+        let choice = match which {
+            Which::All => Choice::Auto,
+            Which::Cpu => Choice::Cpu,
+            Which::Gpu => Choice::Gpu,
+        };
+        return Ok(vec![Contestant::Ranks(Devices::Named(vec![choice]))]);
+    }
     let mut list = Vec::new();
     if which != Which::Gpu {
         list.extend([Precision::F64, Precision::F32].map(Contestant::Cpu));
@@ -257,11 +272,18 @@ fn time(
 ) -> Result<Timing> {
     let start = Instant::now();
     let mut runs = Vec::new();
+    let mut bytes: Vec<u64> = Vec::new();
     while runs.is_empty() || (runs.len() < MOST_RUNS && start.elapsed() < budget) {
-        let start = Instant::now();
+        let (start, before) = (Instant::now(), ranks::bytes());
         evaluator.costs(problem, population)?;
         runs.push(start.elapsed().as_secs_f64());
+        bytes.extend(ranks::bytes().zip(before).map(|(now, before)| now - before));
     }
+    let bytes = bytes
+        .first()
+        .copied()
+        .zip(bytes.last().copied())
+        .map(<[u64; 2]>::from);
     runs.sort_by(f64::total_cmp);
     let seconds = runs[runs.len() / 2];
     let steps = problem.steps() as f64 * population.len() as f64;
@@ -270,6 +292,7 @@ fn time(
         runs: runs.len(),
         seconds,
         candidate_steps_per_second: steps / seconds,
+        bytes,
     })
 }
 

@@ -20,6 +20,7 @@ mod interrupt;
 mod matlab;
 mod options;
 mod plot;
+mod ranks;
 mod reading;
 mod scorecard;
 mod simulate;
@@ -59,12 +60,24 @@ enum Command {
     Completions(completions::Arguments),
 }
 
-/// Runs the command that the process was called with.
+/// Runs the command that the process was called with, or serves the process that does.
 pub(crate) fn run() -> Result<()> {
+    if ranks::join()? {
+        return Ok(());
+    }
+    let done = command();
+    ranks::leave();
+    done
+}
+
+fn command() -> Result<()> {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         // Help and version are no errors, and come with their own exit code.
-        Err(error) if !error.use_stderr() || error.kind() == HELP_WITHOUT_COMMAND => error.exit(),
+        Err(error) if !error.use_stderr() || error.kind() == HELP_WITHOUT_COMMAND => {
+            ranks::leave();
+            error.exit()
+        }
         Err(error) => return Err(wrong_call(&error)),
     };
     let done = match cli.command {

@@ -1,9 +1,9 @@
 //! Options that several commands share.
 
-use super::interrupt;
+use super::{interrupt, ranks};
 use indicatif::{ProgressBar, ProgressStyle};
 use servobee::Result;
-use servobee::evaluate::{Choice, Chosen, choose};
+use servobee::evaluate::{Chosen, Devices};
 use servobee::report::{Edition, Language, OutputFolder, Units};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -12,9 +12,10 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub(super) struct RunOptions {
     /// What evaluates the candidates: auto takes a hardware GPU if there is one, otherwise the CPU; gpu also takes a
-    /// GPU in software
-    #[arg(long, value_name = "auto|cpu|gpu", default_value = "auto")]
-    evaluator: Choice,
+    /// GPU in software, gpu:1 the one that `servobee devices` calls so; several share every population: gpu:0+gpu:1, cpu+gpu,
+    /// gpu:all
+    #[arg(long, value_name = "auto|cpu|gpu|...", default_value_t)]
+    evaluator: Devices,
     /// Seed of the search and of intervals; the same seed gives the same result
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
@@ -42,7 +43,7 @@ pub(super) struct RunOptions {
 impl RunOptions {
     /// The evaluator.
     pub(super) fn evaluator(&self) -> Result<Chosen> {
-        choose(self.evaluator)
+        ranks::choose(&self.evaluator)
     }
 
     /// How people are told the result.
@@ -71,8 +72,9 @@ pub(super) struct Options {
 }
 
 /// Options that say where the result goes and how it is told, and whether a value follows.
-const ASIDE: [(&str, bool); 9] = [
+const ASIDE: [(&str, bool); 10] = [
     ("--out", true),
+    ("--task", true),
     ("--checkpoint", true),
     ("--units", true),
     ("--language", true),
@@ -198,7 +200,7 @@ mod tests {
         let kept = |call: &str| that_matter(call.split(' ').map(String::from)).join(" ");
         assert_eq!(
             kept(
-                "identify a.csv --out x --seed 3 --units us --language=de --checkpoint=y --map --out=z -q --json --resume --force"
+                "identify a.csv --out x --seed 3 --units us --language=de --checkpoint=y --map --out=z -q --json --resume --force --task 3/40"
             ),
             "identify a.csv --seed 3 --map"
         );

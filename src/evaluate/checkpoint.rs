@@ -15,11 +15,11 @@
 
 use crate::evaluate::problem::{Data, Problem};
 use crate::evaluate::{Cost, Evaluator, Interrupt, Job};
-use crate::{Error, Result};
+use crate::{Error, Result, input};
 use serde::{Serialize, de::DeserializeOwned};
 use sha2::{Digest, Sha256};
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -30,6 +30,8 @@ const SCHEMA: &str = "servobee/checkpoint/2";
 /// How long what was written may wait until it is brought to the disk: it outlives the program at once, and the machine
 /// after this.
 const SYNC: Duration = Duration::from_secs(1);
+/// What to do about one that another run is writing.
+const OTHER: &str = "wait for it, or name another --checkpoint";
 /// Largest file that is read.
 const LARGEST: u64 = 1 << 30;
 
@@ -140,7 +142,7 @@ impl Checkpoint {
             .write_all(first_line(run).as_bytes())
             .map_err(|error| wrong(&error))?;
         draft.as_file().sync_all().map_err(|error| wrong(&error))?;
-        lock(path, draft.as_file())?;
+        input::lock(path, draft.as_file(), OTHER)?;
         let placed = match force {
             true => draft.persist(path),
             false => draft.persist_noclobber(path),
@@ -162,7 +164,7 @@ impl Checkpoint {
             }
             Err(error) => return Err(wrong(error)),
         };
-        lock(path, &file)?;
+        input::lock(path, &file, OTHER)?;
         let size = file.metadata().map_err(wrong)?.len();
         if size > LARGEST {
             return Err(foreign(path, &format!("has {size} bytes")));
@@ -524,18 +526,6 @@ fn next(bytes: &[u8]) -> Option<(u64, &[u8], usize)> {
 #[doc(hidden)]
 pub fn results_in(path: &Path, bytes: &[u8]) -> Result<usize> {
     Ok(parse(path, bytes)?.known.len())
-}
-
-fn lock(path: &Path, file: &File) -> Result<()> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(Error::input(
-            path.display(),
-            "is in use by a run that has not ended",
-            "wait for it, or name another --checkpoint",
-        )),
-        // A file system without locks takes no harm but from two runs that are given the same file.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-    }
 }
 
 fn foreign(path: &Path, problem: &str) -> Error {

@@ -21,9 +21,11 @@ pub use checking::judgement::PARITY;
 #[doc(hidden)]
 pub use checkpoint::interrupted;
 pub use checkpoint::{Checkpoint, Fingerprint, Memory, Remembering};
-pub use devices::choose::{Choice, Chosen, choose};
+pub use devices::choose::{Choice, Chosen, Devices, choose};
 pub use devices::cpu::{CpuEvaluator, Precision};
 pub use devices::gpu;
+#[doc(hidden)]
+pub use devices::ranks;
 #[doc(hidden)]
 pub use devices::wgsl;
 pub use evaluator::{Evaluator, Job};

@@ -1,6 +1,7 @@
 //! Candidates and their costs.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 
 /// Candidates of one length, stored one after another.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -55,6 +56,24 @@ impl Population {
         );
         self.count += 1;
         self.values.extend_from_slice(candidate);
+    }
+
+    /// The candidates in this range of numbers.
+    ///
+    /// # Panics
+    /// If it reaches beyond them.
+    pub fn part(&self, candidates: Range<usize>) -> Self {
+        let values = candidates.start * self.dimension..candidates.end * self.dimension;
+        Self {
+            dimension: self.dimension,
+            count: candidates.len(),
+            values: self.values[values].to_vec(),
+        }
+    }
+
+    /// The values of all candidates, one candidate after another.
+    pub fn values(&self) -> &[f64] {
+        &self.values
     }
 
     /// How many values a candidate has.

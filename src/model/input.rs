@@ -2,11 +2,12 @@
 
 use super::Real;
 use crate::record::Channel;
+use serde::{Deserialize, Serialize};
 
 macro_rules! inputs {
     ($($(#[$doc:meta])* $name:ident: $Channel:ident),+ $(,)?) => {
         /// What drives a model at one instant. What is not measured is zero.
-        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
         pub struct Input<T> {
             $($(#[$doc])* pub $name: T,)+
             /// Time since the record's first row, s.

@@ -60,7 +60,7 @@ impl Output {
 }
 
 /// One value for each [`Output`].
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outputs<T>(pub [T; Output::COUNT]);
 
 impl<T> Outputs<T> {

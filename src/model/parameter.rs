@@ -14,7 +14,7 @@ pub enum Scale {
 }
 
 /// How a parameter sets the pace of a model: the length of integration steps follows from the fastest inside the bounds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Pace {
     /// It is a rate, 1/s.
     Rate,
@@ -25,7 +25,7 @@ pub enum Pace {
 }
 
 /// Where a parameter has its value from.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Role {
     /// A fit finds it; nothing is known before but a guess.
     Free {
@@ -40,7 +40,7 @@ pub enum Role {
 }
 
 /// One parameter: its name, unit, bounds (inclusive) and role, all in `unit`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
     /// Name as in the model file and the report, such as `gain`.
     pub name: String,

@@ -14,7 +14,7 @@ mod files;
 mod prepared;
 mod simulated;
 
-pub use batch::{RunningBatch, found};
+pub use batch::{RunningBatch, Task, found};
 pub use compared::{Compared, Pair};
 pub use datasheet::{Datasheet, FittedSheets, PreparedSheets};
 pub use diagnosed::Diagnosed;

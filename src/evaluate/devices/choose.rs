@@ -6,10 +6,12 @@ use crate::evaluate::checking::guard::{Guarded, Standby};
 use crate::evaluate::checkpoint::{Memory, Remembering};
 use crate::evaluate::devices::cpu::{CpuEvaluator, Precision};
 use crate::evaluate::devices::gpu::{self, Checks, GpuEvaluator};
+use crate::evaluate::devices::ranks::{OnThread, Rank, Ranks};
 use crate::evaluate::evaluator::Evaluator;
+use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
-/// What the user asks for.
+/// One device that the user asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Choice {
     /// A hardware GPU if there is one, otherwise the CPU.
@@ -19,6 +21,8 @@ pub enum Choice {
     Cpu,
     /// A GPU, also one in software; an error where there is none.
     Gpu,
+    /// The GPU adapter of this number, in the order of [`gpu::adapters`]; an error where there is none.
+    Adapter(usize),
 }
 
 impl FromStr for Choice {
@@ -29,9 +33,105 @@ impl FromStr for Choice {
             "auto" => Ok(Self::Auto),
             "cpu" => Ok(Self::Cpu),
             "gpu" => Ok(Self::Gpu),
-            _ => Err("one of auto, cpu, gpu".into()),
+            _ => text
+                .strip_prefix("gpu:")
+                .and_then(|number| number.parse().ok())
+                .map(Self::Adapter)
+                .ok_or_else(|| WORDS.into()),
         }
     }
+}
+
+impl Display for Choice {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Cpu => f.write_str("cpu"),
+            Self::Gpu => f.write_str("gpu"),
+            Self::Adapter(number) => write!(f, "gpu:{number}"),
+        }
+    }
+}
+
+/// What `--evaluator` may say.
+const WORDS: &str = "one of auto, cpu, gpu, gpu:NUMBER, several of them as gpu:0+gpu:1, or gpu:all";
+
+/// All that the user asks for: one device, or several that evaluate at once, each its slice of every population.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Devices {
+    /// These.
+    Named(Vec<Choice>),
+    /// Every GPU of this machine, those in software where there are no others.
+    EveryGpu,
+}
+
+impl Default for Devices {
+    fn default() -> Self {
+        Self::Named(vec![Choice::default()])
+    }
+}
+
+impl FromStr for Devices {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text {
+            "gpu:all" => Ok(Self::EveryGpu),
+            _ => text
+                .split('+')
+                .map(str::parse)
+                .collect::<std::result::Result<_, _>>()
+                .map(Self::Named),
+        }
+    }
+}
+
+impl Display for Devices {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::EveryGpu => f.write_str("gpu:all"),
+            Self::Named(choices) => {
+                let words: Vec<String> = choices.iter().map(Choice::to_string).collect();
+                f.write_str(&words.join("+"))
+            }
+        }
+    }
+}
+
+impl Devices {
+    /// Their evaluator. Of several processes on this machine each says its `place` among them, from 0 on: where nothing names the GPU,
+    /// they take one each.
+    ///
+    /// # Errors
+    /// As of [`choose`], of any of them.
+    pub fn choose(&self, place: usize) -> Result<Chosen> {
+        let every = match self {
+            Self::Named(choices) => choices.clone(),
+            Self::EveryGpu => every_gpu(),
+        };
+        let choices = match every[..] {
+            [] => return Err(gpu::none_found()),
+            [one] => return choose_at(one, place),
+            _ => every,
+        };
+        let open = |choice| {
+            let opened = OnThread::open(move || Ok(choose_at(choice, place)?.evaluator));
+            Box::new(opened) as Box<dyn Rank>
+        };
+        let devices = Ranks::new("device", choices.into_iter().map(open).collect())?;
+        Ok(Chosen {
+            evaluator: Box::new(devices),
+            why: "asked for".into(),
+        })
+    }
+}
+
+fn every_gpu() -> Vec<Choice> {
+    let adapters = gpu::adapters();
+    let has_hardware = adapters.iter().any(|adapter| !gpu::is_software(adapter));
+    let numbered = adapters.iter().enumerate();
+    let wanted = numbered.filter(|(_, adapter)| !has_hardware || !gpu::is_software(adapter));
+    wanted.map(|(number, _)| Choice::Adapter(number)).collect()
 }
 
 /// An evaluator and the reason for it.
@@ -90,12 +190,25 @@ impl Chosen {
 /// # Errors
 /// If a GPU is asked for and there is none, or it gives no device.
 pub fn choose(choice: Choice) -> Result<Chosen> {
+    choose_at(choice, 0)
+}
+
+fn choose_at(choice: Choice, place: usize) -> Result<Chosen> {
     let adapters = match choice {
         Choice::Cpu => Vec::new(),
-        _ => gpu::ranked(gpu::adapters()),
+        Choice::Adapter(number) => {
+            let mut adapters = gpu::adapters();
+            if number >= adapters.len() {
+                return Err(gpu::not_there(number, adapters.len()));
+            }
+            vec![adapters.swap_remove(number)]
+        }
+        Choice::Auto | Choice::Gpu => gpu::ranked_for(place, gpu::adapters()),
     };
     let (line, why): (Vec<Standby>, _) = match choice {
-        Choice::Gpu => (adapters.iter().take(1).map(on_gpu).collect(), "asked for"),
+        Choice::Gpu | Choice::Adapter(_) => {
+            (adapters.iter().take(1).map(on_gpu).collect(), "asked for")
+        }
         Choice::Cpu => (on_cpu(), "asked for"),
         Choice::Auto => {
             let hardware = adapters.iter().filter(|adapter| !gpu::is_software(adapter));

@@ -3,4 +3,6 @@
 pub(super) mod choose;
 pub(super) mod cpu;
 pub mod gpu;
+#[doc(hidden)]
+pub mod ranks;
 pub mod wgsl;

@@ -3,13 +3,14 @@
 use crate::model::exact_step::STEPS_OF_AN_EXACT_STEP;
 use crate::model::integrate::substeps;
 use crate::model::{Input, Outputs};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// How much of an interval between rows may be taken for rounding of the time stamps.
 pub(crate) const JITTER: f64 = 1e-6;
 
 /// One row of a record, ready for integration.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Length of the integration steps from this row to the next, s.
     pub step: f64,
@@ -44,7 +45,7 @@ impl Sample {
 }
 
 /// A record in time, ready for integration.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// Its name in messages.
     pub name: String,
@@ -125,7 +126,7 @@ fn most_in_a_window(times: &[f64], length: f64) -> u32 {
 }
 
 /// A sine whose response is measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tone {
     /// Frequency, Hz.
     pub frequency: f64,
@@ -196,7 +197,7 @@ impl Tone {
 }
 
 /// The data of a problem.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Data {
     /// Records in time.
     Series(Vec<Series>),

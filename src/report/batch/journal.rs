@@ -30,54 +30,56 @@ impl Journal {
     /// A new one at `path`, of the batch whose options have this fingerprint.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The file cannot be written, or is in use.
     pub fn create(path: &Path, call: &str) -> Result<Self> {
-        let mut journal = Self {
-            file: File::create(path).map_err(|error| refused(path, &error))?,
-            path: path.into(),
-            rows: Vec::new(),
-        };
-        journal.write(&head(call))?;
-        Ok(journal)
+        let file = OpenOptions::new().append(true).create(true).open(path);
+        let file = file.map_err(|error| refused(path, &error))?;
+        Self::of(path, file, call, Written::default())
     }
 
     /// The one that a batch with the same options has left at `path`. A last line that was not finished is dropped, and what
     /// failed is tried again.
     ///
     /// # Errors
-    /// There is none, or one of another version or other options; it cannot be read and written.
+    /// There is none, or one of another version or other options; it cannot be read and written, or is in use.
     pub fn resume(path: &Path, call: &str) -> Result<Self> {
-        let text = input::text(path, LONGEST, "name the folder of a batch that was cut off")?;
-        let whole = text.rfind('\n').map_or(0, |end| end + 1);
-        let mut lines = text[..whole].lines().enumerate();
-        let first = lines.next().map(|(_, line)| serde_json::from_str(line));
-        if !matches!(first, Some(Ok(found)) if head(call) == found) {
-            return Err(Error::input(
-                path.display(),
-                "was written by a batch with other options, or by another version",
-                "call it as then, or begin anew with --force",
-            ));
-        }
-        let row = |(index, line): (usize, &str)| {
-            serde_json::from_str(line).map_err(|error| {
-                Error::input(
-                    format!("{}, line {}", path.display(), index + 1),
-                    format!("is no row of a batch: {error}"),
-                    "begin anew with --force",
-                )
-            })
-        };
-        let mut rows: Vec<BatchRow> = lines.map(row).collect::<Result<_>>()?;
-        rows.retain(|row| row.status != RowStatus::Failed);
+        let written = Written::read(path, call)?;
         let file = OpenOptions::new().append(true).open(path);
         let file = file.map_err(|error| refused(path, &error))?;
-        file.set_len(whole as u64)
+        Self::of(path, file, call, written)
+    }
+
+    fn of(path: &Path, file: File, call: &str, written: Written) -> Result<Self> {
+        input::lock(path, &file, "wait for it, or name another --out")?;
+        file.set_len(written.bytes as u64)
             .map_err(|error| refused(path, &error))?;
-        Ok(Self {
+        let mut journal = Self {
             path: path.into(),
             file,
-            rows,
-        })
+            rows: written.rows,
+        };
+        if written.bytes == 0 {
+            journal.write(&head(call))?;
+        }
+        Ok(journal)
+    }
+
+    /// Knows what the one at `path` has, too, to which others may be adding.
+    ///
+    /// # Errors
+    /// It is of another version or other options, or cannot be read.
+    pub fn know(&mut self, path: &Path, call: &str) -> Result<()> {
+        self.rows.extend(Written::read(path, call)?.rows);
+        Ok(())
+    }
+
+    /// Takes over what the one at `path` has, to which nobody adds any more.
+    ///
+    /// # Errors
+    /// It is in use, of another version or other options, or cannot be read; this one cannot be written.
+    pub fn take_over(&mut self, path: &Path, call: &str) -> Result<()> {
+        let rows = Self::resume(path, call)?.rows;
+        rows.into_iter().try_for_each(|row| self.push(row))
     }
 
     /// The row of the `file` with this content, where it is done: the last one that was written.
@@ -104,10 +106,8 @@ impl Journal {
         Ok(())
     }
 
-    fn write(&mut self, line: &impl Serialize) -> Result<()> {
-        let mut line = serde_json::to_string(line).expect("a row is plain data");
-        line.push('\n');
-        let written = self.file.write_all(line.as_bytes());
+    fn write(&mut self, what: &impl Serialize) -> Result<()> {
+        let written = self.file.write_all(line(what).as_bytes());
         written.and_then(|()| self.file.flush()).map_err(|error| {
             Error::failed(
                 format!("writing {}: {error}", self.path.display()),
@@ -115,6 +115,49 @@ impl Journal {
             )
         })
     }
+}
+
+/// What a file holds: the rows of its whole lines but those that failed, and how many bytes these lines have.
+#[derive(Default)]
+struct Written {
+    rows: Vec<BatchRow>,
+    bytes: usize,
+}
+
+impl Written {
+    fn read(path: &Path, call: &str) -> Result<Self> {
+        let text = input::text(path, LONGEST, "name the folder of a batch that was cut off")?;
+        let bytes = text.rfind('\n').map_or(0, |end| end + 1);
+        // One that was cut off, or that is being read, before its first line was whole.
+        if bytes == 0 && line(&head(call)).starts_with(&text) {
+            return Ok(Self::default());
+        }
+        let mut lines = text[..bytes].lines().enumerate();
+        let first = lines.next().map(|(_, line)| serde_json::from_str(line));
+        if !matches!(first, Some(Ok(found)) if head(call) == found) {
+            return Err(Error::input(
+                path.display(),
+                "was written by a batch with other options, or by another version",
+                "call it as then, or begin anew with --force",
+            ));
+        }
+        let row = |(index, line): (usize, &str)| {
+            serde_json::from_str(line).map_err(|error| {
+                Error::input(
+                    format!("{}, line {}", path.display(), index + 1),
+                    format!("is no row of a batch: {error}"),
+                    "begin anew with --force",
+                )
+            })
+        };
+        let mut rows: Vec<BatchRow> = lines.map(row).collect::<Result<_>>()?;
+        rows.retain(|row| row.status != RowStatus::Failed);
+        Ok(Self { rows, bytes })
+    }
+}
+
+fn line(what: &impl Serialize) -> String {
+    serde_json::to_string(what).expect("a row is plain data") + "\n"
 }
 
 fn head(call: &str) -> Head {

@@ -1,8 +1,10 @@
 //! Many records in one folder of results: a row and a report for each, and which valve departs from the others.
 
 mod files;
+mod task;
 
 pub use files::found;
+pub use task::Task;
 
 use super::{Diagnosed, Session};
 use crate::evaluate::Chosen;
@@ -11,10 +13,12 @@ use crate::report::{
 };
 use crate::{Error, Result};
 use files::Folders;
+use std::fs::{create_dir_all, read_dir, remove_dir_all};
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use task::TASKS;
 
 /// What the batch goes on from, beside what it is for.
 const JOURNAL: &str = "batch.rows";
@@ -32,6 +36,7 @@ type Progress<'a> = &'a mut dyn FnMut(&str) -> ControlFlow<()>;
 #[derive(Debug)]
 pub struct RunningBatch<'a> {
     session: &'a Session,
+    task: Option<Task>,
     out: PathBuf,
     journal: Journal,
     folders: Folders,
@@ -48,29 +53,60 @@ impl<'a> RunningBatch<'a> {
     pub fn begin(session: &'a Session, out: &Path, force: bool) -> Result<Self> {
         session.check()?;
         OutputFolder::reserve(out, force)?;
-        std::fs::create_dir_all(out.join("records")).map_err(|error| {
-            Error::input(
-                format!("--out {}", out.display()),
-                format!("cannot be made: {error}"),
-                "name another folder",
-            )
-        })?;
+        make(out, "records")?;
         let journal = Journal::create(&out.join(JOURNAL), &session.fingerprint())?;
-        Ok(Self::of(session, out, journal))
+        forget_tasks(out)?;
+        Ok(Self::of(session, None, out, journal))
     }
 
-    /// One that goes on in the folder `out`, with what was done there.
+    /// One that goes on in the folder `out`, with what was done there, and gathers what tasks have done.
     ///
     /// # Errors
-    /// There is none, or another one.
+    /// There is none, or another one; a task has not ended.
     pub fn resume(session: &'a Session, out: &Path) -> Result<Self> {
-        let journal = Journal::resume(&out.join(JOURNAL), &session.fingerprint())?;
-        Ok(Self::of(session, out, journal))
+        let (path, call) = (out.join(JOURNAL), session.fingerprint());
+        let tasks = journals(out)?;
+        let mut journal = match path.exists() || tasks.is_empty() {
+            true => Journal::resume(&path, &call)?,
+            false => Journal::create(&path, &call)?,
+        };
+        for task in tasks {
+            journal.take_over(&task, &call)?;
+        }
+        forget_tasks(out)?;
+        Ok(Self::of(session, None, out, journal))
     }
 
-    fn of(session: &'a Session, out: &Path, journal: Journal) -> Self {
+    /// One `task` of a job array in the folder `out`, which is made. It goes on where it was cut off, and knows what others have
+    /// done before it began; what it does itself [`RunningBatch::resume`] gathers.
+    ///
+    /// # Errors
+    /// As of [`Session::check`]; the folder holds something else, or a batch with other options; the same task is under way.
+    pub fn task(session: &'a Session, out: &Path, task: Task) -> Result<Self> {
+        session.check()?;
+        let (whole, call) = (out.join(JOURNAL), session.fingerprint());
+        let is_empty = read_dir(out).map_or(true, |mut entries| entries.next().is_none());
+        // One that is not there yet another task may make right now: it is no other's then, either.
+        OutputFolder::reserve(out, is_empty || whole.exists() || out.join(TASKS).exists())?;
+        // In this order: whoever finds something in the folder finds that it is a job array's.
+        make(out, TASKS)?;
+        make(out, "records")?;
+        let (path, others) = (out.join(task.journal()), journals(out)?);
+        let mut journal = match path.exists() {
+            true => Journal::resume(&path, &call)?,
+            false => Journal::create(&path, &call)?,
+        };
+        let others = others.into_iter().filter(|other| *other != path);
+        for other in others.chain(whole.exists().then_some(whole)) {
+            journal.know(&other, &call)?;
+        }
+        Ok(Self::of(session, Some(task), out, journal))
+    }
+
+    fn of(session: &'a Session, task: Option<Task>, out: &Path, journal: Journal) -> Self {
         Self {
             session,
+            task,
             out: out.to_owned(),
             folders: Folders::of(&journal),
             journal,
@@ -80,11 +116,28 @@ impl<'a> RunningBatch<'a> {
         }
     }
 
-    /// Takes the record at `path` as that of a valve with which the others are compared.
+    /// Gives the report of the `baseline` and of each of `files` a folder, which does so not depend on what becomes of the others.
+    /// Returns the files that are to be taken: all, or those of the task.
+    pub fn share<'f>(&mut self, baseline: Option<&Path>, files: &'f [PathBuf]) -> Vec<&'f Path> {
+        for path in baseline
+            .into_iter()
+            .chain(files.iter().map(PathBuf::as_path))
+        {
+            self.folders.of_file(&path.display().to_string());
+        }
+        let (numbered, task) = (files.iter().enumerate(), self.task);
+        let own = numbered.filter(|(index, _)| task.is_none_or(|task| task.takes(*index)));
+        own.map(|(_, path)| path.as_path()).collect()
+    }
+
+    /// Takes the record at `path` as that of a valve with which the others are compared; of tasks only the first one does.
     ///
     /// # Errors
     /// It is refused, or fails.
     pub fn baseline(&mut self, path: &Path, chosen: &mut Chosen, progress: Progress) -> Result<()> {
+        if self.task.is_some_and(|task| !task.takes(0)) {
+            return Ok(());
+        }
         let row = self.row(path, true, chosen, progress)?;
         if let Some(problem) = row.problem {
             return Err(Error::input(
@@ -122,12 +175,15 @@ impl<'a> RunningBatch<'a> {
         std::mem::take(&mut self.warnings)
     }
 
-    /// Writes the table and the page of what is done.
+    /// Writes the table and the page of what is done, but for a task, which has not got everything.
     ///
     /// # Errors
     /// If the disk refuses.
     pub fn write(&self) -> Result<Batch> {
         let batch = Batch::of(self.rows.clone(), self.session.call.arguments.clone());
+        if self.task.is_some() {
+            return Ok(batch);
+        }
         for (name, text) in [
             ("batch.csv", batch_csv(&batch)),
             ("batch.json", batch.to_json()),
@@ -204,5 +260,50 @@ impl<'a> RunningBatch<'a> {
         OutputFolder::reserve(&self.out.join(&folder), true)?.write(&files)?;
         let Diagnosed { document, card, .. } = &diagnosed;
         Ok(BatchRow::of(file, document, card, folder))
+    }
+}
+
+/// Makes the folder `name` below `out`.
+fn make(out: &Path, name: &str) -> Result<()> {
+    create_dir_all(out.join(name)).map_err(|error| {
+        Error::input(
+            format!("--out {}", out.display()),
+            format!("cannot be made: {error}"),
+            "name another folder",
+        )
+    })
+}
+
+/// The files of rows that tasks have left below `out`, by name.
+fn journals(out: &Path) -> Result<Vec<PathBuf>> {
+    let folder = out.join(TASKS);
+    if !folder.exists() {
+        return Ok(Vec::new());
+    }
+    let read = || -> std::io::Result<Vec<PathBuf>> {
+        let entries = read_dir(&folder)?.map(|entry| Ok(entry?.path()));
+        let mut paths: Vec<PathBuf> = entries.collect::<std::io::Result<_>>()?;
+        paths.retain(|path| path.extension().is_some_and(|end| end == "rows"));
+        paths.sort();
+        Ok(paths)
+    };
+    read().map_err(|error| {
+        Error::input(
+            folder.display(),
+            format!("cannot be read: {error}"),
+            "check its permissions",
+        )
+    })
+}
+
+/// Deletes the rows of tasks below `out`: another file has them, or they are to be done anew.
+fn forget_tasks(out: &Path) -> Result<()> {
+    let folder = out.join(TASKS);
+    match folder.exists().then(|| remove_dir_all(&folder)) {
+        Some(Err(error)) => Err(Error::failed(
+            format!("{} cannot be deleted: {error}", folder.display()),
+            "delete it, and add --resume: what is done is kept",
+        )),
+        _ => Ok(()),
     }
 }

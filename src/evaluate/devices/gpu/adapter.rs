@@ -29,6 +29,27 @@ pub fn ranked(mut adapters: Vec<wgpu::Adapter>) -> Vec<wgpu::Adapter> {
     adapters
 }
 
+/// The same, for one of several processes on this machine: they begin with one each of the adapters that are best.
+pub(crate) fn ranked_for(place: usize, adapters: Vec<wgpu::Adapter>) -> Vec<wgpu::Adapter> {
+    let mut adapters = ranked(adapters);
+    let best = adapters
+        .chunk_by(|one, other| rank(one) == rank(other))
+        .next();
+    if let Some(count) = best.map(<[_]>::len) {
+        adapters[..count].rotate_left(place % count);
+    }
+    adapters
+}
+
+/// The error that `--evaluator` names an adapter that is not there.
+pub(crate) fn not_there(number: usize, count: usize) -> Error {
+    Error::input(
+        format!("--evaluator gpu:{number}"),
+        format!("this machine shows {count} GPU adapters, counted from 0"),
+        "servobee devices lists them",
+    )
+}
+
 /// The adapter that an evaluation would use: the first of those that are [`ranked`].
 pub fn best(adapters: &[wgpu::Adapter]) -> Option<&wgpu::Adapter> {
     adapters.iter().min_by_key(|adapter| rank(adapter))

@@ -20,6 +20,7 @@ mod submitter;
 mod timings;
 
 pub use adapter::{adapters, best, describe, is_software, kind, none_found, ranked};
+pub(super) use adapter::{not_there, ranked_for};
 pub use configuration::Checks;
 pub use evaluator::GpuEvaluator;
 #[doc(hidden)]

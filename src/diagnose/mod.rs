@@ -10,9 +10,9 @@
 //!    base, by bees and polish, and ranked by held-out error. Effects of equal error that the record cannot tell apart are
 //!    reported as tied. Then again with the effect added; effects are exchanged and dropped where the others have made them
 //!    worse or superfluous; pairs are tried where none helps alone.
-//! 4. *No name*: effects are believed if they leave nothing that can be seen, or explain at least 80 % of what was above the
-//!    noise. Otherwise the verdict is `unexplained`, and the report describes what is missing by a curve of one signal at one
-//!    port, under `free_form`, never under a physical name.
+//! 4. *Grades*: effects are `found` if they bring the held-out error of every channel to its noise and leave nothing structured,
+//!    and a part (`partly`) if they explain 80 % of what was above it. Otherwise the verdict is `unexplained`, and the report
+//!    describes what is missing by a curve of one signal at one port, under `free_form`, never under a physical name.
 //! 5. *Not asked*: where no effect was looked for, or not to the end, the verdict is `not_diagnosed`.
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,

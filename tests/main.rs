@@ -46,6 +46,7 @@ mod rig;
 mod schema;
 mod scorecard;
 mod session;
+mod several;
 mod shader;
 mod signals;
 mod surroundings;

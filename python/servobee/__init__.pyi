@@ -12,7 +12,7 @@ _Maps = str | Mapping[str, str] | Iterable[str] | None
 _Settings = _Path | Mapping[str, str] | Report | None
 _Effects = str | Sequence[str]
 _Progress = bool | Callable[[str], object] | None
-_Device = Literal["auto", "cpu", "gpu"]
+_Device = str
 _Language = Literal["en", "de"]
 _Layout = Literal["candidates,parameters", "parameters,candidates"]
 

@@ -29,7 +29,7 @@ def identify(
     bar of tqdm, or a function that is told each stage; Ctrl-C stops the run.
 
     Options: max_effects, hold_out_share, max_rows, sample_interval, skip_incomplete_rows, accuracy, limits, about,
-    full_scale, seed, units, language, device ("auto", "cpu" or "gpu").
+    full_scale, seed, units, language, device ("auto", "cpu", "gpu", "gpu:1", or several at once: "gpu:0+gpu:1", "gpu:all").
     """
     known("identify", options, OPTIONS)
     said = told("identify", maps=maps, model=model, effects=effects, **options)

@@ -9,7 +9,7 @@ use numpy::{Element, IntoPyArray, PyArray1, PyReadonlyArray2, PyUntypedArrayMeth
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use servobee::evaluate::{
-    Chosen, Cost, CpuEvaluator, Memory, Population, Precision, Problem, Status, choose,
+    Chosen, Cost, CpuEvaluator, Memory, Population, Precision, Problem, Status,
 };
 use servobee::{Error, Result};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -71,7 +71,7 @@ impl Evaluator {
             thread::spawn(move || {
                 let chosen = match double {
                     true => Chosen::own("the CPU in f64", CpuEvaluator::new(Precision::F64)),
-                    false => choose(device),
+                    false => device.choose(0),
                 };
                 match chosen {
                     Err(error) => drop(ready.send(Err(error))),

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use servobee::Session;
 use servobee::diagnose::Cut;
-use servobee::evaluate::{Choice, Memory, choose};
+use servobee::evaluate::{Devices, Memory};
 use servobee::report::{Call, Edition, InputFile, Limits, ModelFile, OutputFolder};
 use servobee::search::Plan;
 use servobee::session::effects_named;
@@ -117,7 +117,7 @@ impl<'py> Said<'_, 'py> {
     }
 
     /// What evaluates.
-    pub(crate) fn device(&self) -> PyResult<Choice> {
+    pub(crate) fn device(&self) -> PyResult<Devices> {
         let name = self.of::<String>("device")?.unwrap_or("auto".into());
         name.parse().map_err(|words: String| {
             refused(
@@ -185,7 +185,7 @@ pub(crate) fn identify(
         let held_out = records(&held_out, &session.reading)?;
         let memory = Memory::default().stopped_by(interrupt);
         let prepared = session.prepare(&fitted, &held_out)?.remembering(memory);
-        let diagnosed = prepared.diagnose(&mut choose(device)?, progress)?;
+        let diagnosed = prepared.diagnose(&mut device.choose(0)?, progress)?;
         Ok(diagnosed.files())
     })
 }
@@ -207,7 +207,7 @@ pub(crate) fn compare(
         let after = records(&after, &session.reading)?;
         let memory = Memory::default().stopped_by(interrupt);
         let pair = session.pair(&before, &after)?.remembering(&memory);
-        Ok(pair.compare(&mut choose(device)?, progress)?.files())
+        Ok(pair.compare(&mut device.choose(0)?, progress)?.files())
     })
 }
 

@@ -6,8 +6,8 @@ use crate::session::{Files, Said, Settings};
 use crate::source::{Given, Source};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use servobee::evaluate::Memory;
 use servobee::evaluate::problem::Stream;
-use servobee::evaluate::{Memory, choose};
 use servobee::export::{Format, Model};
 use servobee::record::check_mappings;
 use servobee::report::{OutputFile, effects_json};
@@ -47,7 +47,7 @@ pub(crate) fn batch(
             (None, false) => RunningBatch::begin(&session, &out, force)?,
         };
         let files = batch.share(baseline.as_deref(), &files);
-        let mut chosen = choose(device)?;
+        let mut chosen = device.choose(0)?;
         let mut all = || -> servobee::Result<()> {
             if let Some(path) = &baseline {
                 batch.baseline(path, &mut chosen, progress)?;
@@ -220,7 +220,7 @@ pub(crate) fn datasheet(
         let mut warnings = prepared.warnings().to_vec();
         let fitted = prepared
             .remembering(memory)
-            .fit(&mut choose(device)?, &mut |title, generation| {
+            .fit(&mut device.choose(0)?, &mut |title, generation| {
                 progress(&format!("{title}, generation {generation}"))
             })?;
         warnings.extend(fitted.document.warnings.clone());

@@ -149,6 +149,12 @@ def test_datetimes_are_times(table):
     assert found.effect_names == ["delay"]
 
 
+def test_several_devices_find_what_one_does(plain, bench):
+    found = servobee.identify(bench, effects="none", device="cpu+cpu")
+    assert found.evaluator == f"2 devices, each on {plain.evaluator}"
+    np.testing.assert_array_equal(found.parameters_frame.value, plain.parameters_frame.value)
+
+
 def test_progress_is_told_and_an_exception_in_it_stops_the_run(bench):
     stages = []
     servobee.identify(bench, effects="none", device="cpu", progress=stages.append)

@@ -17,8 +17,9 @@ pub(super) struct Arguments {
 }
 
 /// What is said of an adapter.
-const HEADS: [&str; 9] = [
+const HEADS: [&str; 10] = [
     "adapter",
+    "evaluator",
     "backend",
     "kind",
     "driver",
@@ -33,7 +34,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     let cpu = CpuEvaluator::new(Precision::F32).describe();
     let adapters = gpu::adapters();
     if arguments.json {
-        let adapter = |adapter: &wgpu::Adapter| -> Map<String, Value> {
+        let adapter = |adapter: (usize, &wgpu::Adapter)| -> Map<String, Value> {
             let names = HEADS.map(|head| head.replace(' ', "_"));
             names
                 .into_iter()
@@ -44,7 +45,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         let all = json!({
             "cpu": cpu,
             "threads": rayon::current_num_threads(),
-            "adapters": adapters.iter().map(adapter).collect::<Vec<_>>(),
+            "adapters": adapters.iter().enumerate().map(adapter).collect::<Vec<_>>(),
             "auto": chosen.evaluator.describe(),
             "auto_reason": chosen.why,
         });
@@ -59,7 +60,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
         );
     } else {
         // One column an adapter: names and drivers are too long for one line each.
-        let columns: Vec<[String; 9]> = adapters.iter().map(properties).collect();
+        let columns: Vec<[String; 10]> = adapters.iter().enumerate().map(properties).collect();
         let row = |(i, head): (usize, &&str)| -> Vec<String> {
             let cells = columns.iter().map(|column| column[i].clone());
             std::iter::once(head.to_string()).chain(cells).collect()
@@ -79,12 +80,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-fn properties(adapter: &wgpu::Adapter) -> [String; 9] {
+/// What is said of an adapter, with its number.
+fn properties((number, adapter): (usize, &wgpu::Adapter)) -> [String; 10] {
     let (info, limits) = (adapter.get_info(), adapter.limits());
     let timestamps = adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
     let (low, high) = (info.subgroup_min_size, info.subgroup_max_size);
     [
         info.name.clone(),
+        Choice::Adapter(number).to_string(),
         info.backend.to_string(),
         gpu::kind(&info).into(),
         format!("{} {}", info.driver, info.driver_info),

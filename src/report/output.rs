@@ -4,6 +4,9 @@ use crate::{Error, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// How the names of folders begin that are being filled.
+const DRAFT: &str = ".servobee-";
+
 /// Where the results go.
 #[derive(Debug)]
 pub struct OutputFolder {
@@ -47,6 +50,16 @@ impl OutputFolder {
         })
     }
 
+    /// Deletes the folders in `parent` that nobody fills any more: whoever did was killed. One that cannot be deleted harms nobody.
+    pub(crate) fn forget_drafts(parent: &Path) {
+        let entries = fs::read_dir(parent).into_iter().flatten().flatten();
+        for entry in entries {
+            if entry.file_name().to_string_lossy().starts_with(DRAFT) {
+                let _ = fs::remove_dir_all(entry.path());
+            }
+        }
+    }
+
     /// Where it is.
     pub fn path(&self) -> &Path {
         &self.path
@@ -59,7 +72,7 @@ impl OutputFolder {
     pub fn write(&self, files: &[(String, String)]) -> Result<()> {
         let attempt = || -> std::io::Result<()> {
             let mut builder = tempfile::Builder::new();
-            builder.prefix(".servobee-");
+            builder.prefix(DRAFT);
             as_any_new(&mut builder, 0o777);
             let aside = builder.tempdir_in(parent(&self.path))?;
             for (name, content) in files {

@@ -74,6 +74,7 @@ impl<'a> RunningBatch<'a> {
             journal.take_over(&task, &call)?;
         }
         forget_tasks(out)?;
+        OutputFolder::forget_drafts(&out.join("records"));
         Ok(Self::of(session, None, out, journal))
     }
 

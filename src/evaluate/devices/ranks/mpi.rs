@@ -174,11 +174,10 @@ impl Rank for Remote {
     fn begin(&mut self, jobs: &[Job<'_>]) -> Result<()> {
         let order = self.sent.order(jobs)?;
         self.tell(&order);
-        let values: Vec<f64> = jobs
-            .iter()
-            .flat_map(|job| job.population.values())
-            .copied()
-            .collect();
+        let mut values = Vec::new();
+        for job in jobs {
+            values.extend_from_slice(job.population.values());
+        }
         self.link.say(bytemuck::cast_slice(&values));
         Ok(())
     }

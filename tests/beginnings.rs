@@ -39,7 +39,7 @@ fn csv(command: impl Fn(f64) -> f64, play: f64, first: usize, rows: usize, seed:
 
 /// Sines, and jumps that saturate the error.
 fn lively(time: f64) -> f64 {
-    let jump = if (time / 0.37) as u64 % 2 == 0 {
+    let jump = if ((time / 0.37) as u64).is_multiple_of(2) {
         3.6
     } else {
         -3.6

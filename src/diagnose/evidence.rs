@@ -103,25 +103,8 @@ impl Model {
 pub(super) struct Start {
     /// Values of its free parameters.
     pub(super) trial: Vec<f64>,
-    /// Whether what imitates it in the base model is taken back.
+    /// Whether what imitates it in the base model is taken back, and what is known of the valve, which then may imitate it.
     pub(super) released: bool,
-}
-
-impl Start {
-    /// Where the search for `effect` begins.
-    pub(super) fn all(effect: &Effect, sizes: &Scale) -> Vec<Self> {
-        let imitated = !effect.entry.imitated_by.is_empty();
-        let one = |trial: Vec<f64>| {
-            [false, true]
-                .into_iter()
-                .take(1 + usize::from(imitated))
-                .map(move |released| Self {
-                    trial: trial.clone(),
-                    released,
-                })
-        };
-        effect.trials(sizes).into_iter().flat_map(one).collect()
-    }
 }
 
 /// Fitted or held out.
@@ -298,6 +281,13 @@ impl Evidence {
         if *released {
             let imitating = start.iter_mut().filter(imitates);
             imitating.for_each(|parameter| parameter.set_nominal(parameter.high));
+            for known in self
+                .known(model)
+                .flat_map(|known| known.parameters(&self.sizes))
+            {
+                let own = start.iter_mut().filter(|own| own.name == known.name);
+                own.for_each(|own| own.set_nominal(own.clamp(known.nominal())));
+            }
         }
         let own = effect.parameters(&self.sizes);
         let free = own.into_iter().filter(|p| !p.is_fixed());
@@ -306,6 +296,32 @@ impl Evidence {
             parameter
         }));
         self.problem(&structure, &start)
+    }
+
+    /// The effects of `model` that were known beforehand.
+    fn known<'a>(&'a self, model: &'a Model) -> impl Iterator<Item = &'a Effect> {
+        let is_base = |parameter: Parameter| self.base.iter().any(|own| own.name == parameter.name);
+        let effects = model.structure().effects.iter();
+        effects.filter(move |effect| effect.parameters(&self.sizes).into_iter().all(is_base))
+    }
+
+    /// Where the search for `effect` on top of `model` begins.
+    pub(super) fn search_starts(&self, model: &Model, effect: &Effect) -> Vec<Start> {
+        let imitated = !effect.entry.imitated_by.is_empty() || self.known(model).next().is_some();
+        let one = |trial: Vec<f64>| {
+            [false, true]
+                .into_iter()
+                .take(1 + usize::from(imitated))
+                .map(move |released| Start {
+                    trial: trial.clone(),
+                    released,
+                })
+        };
+        effect
+            .trials(&self.sizes)
+            .into_iter()
+            .flat_map(one)
+            .collect()
     }
 
     /// Searches by `method` for each problem, all at once: where `start` says, or around the problem's own. Returns the problems,
@@ -586,7 +602,7 @@ mod tests {
                 };
                 assert_in_place(&evidence, &evidence.problem(&corrected, &evidence.base));
                 for &effect in all.iter().filter(|effect| !known.contains(effect)) {
-                    for start in Start::all(&effect, &evidence.sizes) {
+                    for start in evidence.search_starts(&model, &effect) {
                         let problem = evidence.extended(&model, effect, &start);
                         assert_in_place(&evidence, &problem);
                         let own = effect.parameters(&evidence.sizes);

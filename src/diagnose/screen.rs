@@ -199,7 +199,7 @@ fn screened(
     let mut residual = here.residual.clone();
     base.remove_from(&mut residual);
     let with_starts = |&effect: &Effect| {
-        let starts = Start::all(&effect, &evidence.sizes).into_iter();
+        let starts = evidence.search_starts(model, &effect).into_iter();
         starts.map(move |start| (effect, start))
     };
     let starts: Vec<(Effect, Start)> = candidates.iter().flat_map(with_starts).collect();

@@ -2,7 +2,7 @@
 //!
 //! What a fit has come to rest in may be a valley that imitates what is missing: from there no effect promises anything.
 
-use super::evidence::{Evidence, Model, Side, Start};
+use super::evidence::{Evidence, Model, Side};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
@@ -83,7 +83,7 @@ pub(super) fn widely(
 
 /// `model` with `effect`, what imitates it taken back.
 fn problem(evidence: &Evidence, model: &Model, effect: Effect) -> Option<Problem> {
-    let start = Start::all(&effect, &evidence.sizes).pop()?;
+    let start = evidence.search_starts(model, &effect).pop()?;
     Some(evidence.extended(model, effect, &start))
 }
 

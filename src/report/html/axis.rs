@@ -14,6 +14,8 @@ pub(super) struct Axis {
     spacing: Spacing,
     /// What values are multiplied by where they are told.
     factor: f64,
+    /// No value nearer than this to the low end gets a label, as a share of the axis.
+    clear: f64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +29,8 @@ enum Spacing {
 
 /// What is left free beside the data, as a share of its range.
 const MARGIN: f64 = 0.04;
+/// Half the height of a label, as a share of an upright axis.
+const CORNER: f64 = 0.03;
 
 impl Axis {
     /// Over all finite `values`.
@@ -44,6 +48,7 @@ impl Axis {
             high,
             spacing: Spacing::Linear,
             factor: 1.0,
+            clear: 0.0,
         }
     }
 
@@ -58,6 +63,7 @@ impl Axis {
             high: high + widen,
             spacing: Spacing::Log,
             factor: 1.0,
+            clear: 0.0,
         }
     }
 
@@ -69,6 +75,7 @@ impl Axis {
             high: names.len() as f64 - 0.4,
             spacing: Spacing::Names(names),
             factor: 1.0,
+            clear: 0.0,
         }
     }
 
@@ -120,6 +127,14 @@ impl Axis {
         told
     }
 
+    /// The same axis upright: its lowest label leaves room for the first one of the axis below.
+    pub(super) fn upright(&self) -> Self {
+        Self {
+            clear: CORNER,
+            ..self.clone()
+        }
+    }
+
     /// Values that get a label, about `count` of them.
     fn ticks(&self, count: usize) -> Vec<f64> {
         let factor = self.factor;
@@ -134,7 +149,10 @@ impl Axis {
             ..self.clone()
         };
         let ticks = told.round_values(count).into_iter();
-        ticks.map(|value| value / factor).collect()
+        let ticks = ticks.map(|value| value / factor);
+        ticks
+            .filter(|value| self.share(*value) >= self.clear)
+            .collect()
     }
 
     /// Values that are short to write, about `count` of them.
@@ -272,6 +290,15 @@ mod tests {
 
     fn labels(axis: &Axis, count: usize) -> Vec<String> {
         axis.ticks(count).iter().map(|at| axis.tick(*at)).collect()
+    }
+
+    #[test]
+    fn the_lowest_label_of_an_upright_axis_leaves_the_corner_free() {
+        let axis = Axis::from_to("flow [L/min]", -0.151, 0.3);
+        assert_eq!(axis.upright().ticks(4), axis.ticks(4));
+        let near = Axis::from_to("flow [L/min]", -0.101, 0.3);
+        assert_eq!(near.ticks(4).len(), 5);
+        assert_eq!(near.upright().ticks(4).len(), 4);
     }
 
     #[test]

@@ -93,7 +93,7 @@ impl Panel {
             .margin_left(fine(4))
             .x_label_area_size(fine(38))
             .y_label_area_size(fine(y.room(TEXT)))
-            .build_cartesian_2d(x.clone(), y.clone())
+            .build_cartesian_2d(x.clone(), y.upright())
             .map_err(|error| error.to_string())?;
         for mark in self
             .marks

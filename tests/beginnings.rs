@@ -13,13 +13,18 @@ const TIME_CONSTANT: f64 = 0.0025;
 const SATURATION: f64 = 6.0;
 const NOISE: f64 = 0.02;
 
-/// Rows of 1 ms of a spool that begins at rest at null, from row `first` on; what the loop follows is the command behind a
-/// `play` of this half-width.
-fn csv(command: impl Fn(f64) -> f64, play: f64, first: usize, rows: usize, seed: u64) -> String {
+/// Rows of 1 ms of a spool that begins at rest at null, from row `first` on; the loop follows what `arrives` of the command.
+pub(crate) fn csv(
+    command: impl Fn(f64) -> f64,
+    mut arrives: impl FnMut(f64) -> f64,
+    first: usize,
+    rows: usize,
+    seed: u64,
+) -> String {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut noise = || NOISE * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
     let mut text = String::from("time [s],command [V],spool [V]\n");
-    let (mut integrator, mut spool, mut follower) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
     let step = 2e-5;
     for row in 0..first + rows {
         let time = row as f64 * 1e-3;
@@ -27,10 +32,10 @@ fn csv(command: impl Fn(f64) -> f64, play: f64, first: usize, rows: usize, seed:
         if row >= first {
             writeln!(text, "{time:.3},{u:.5},{:.5}", spool + noise()).unwrap();
         }
-        follower = follower.clamp(u - play, u + play);
+        let arrived = arrives(u);
         for _ in 0..50 {
             let speed = (integrator - spool) / TIME_CONSTANT;
-            integrator += step * GAIN * (follower - spool).clamp(-SATURATION, SATURATION);
+            integrator += step * GAIN * (arrived - spool).clamp(-SATURATION, SATURATION);
             spool += step * speed;
         }
     }
@@ -47,7 +52,7 @@ fn lively(time: f64) -> f64 {
     jump + 2.0 * (34.0 * time).sin() + 1.5 * (121.0 * time).cos()
 }
 
-fn identified(record: String) -> (Value, String) {
+pub(crate) fn identified(record: String) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path().join("log.csv"), record).unwrap();
     let call = ["identify", "log.csv", "--evaluator", "cpu", "--out", "out"];
@@ -55,7 +60,7 @@ fn identified(record: String) -> (Value, String) {
     (json(folder.path().join("out/report.json")), text)
 }
 
-fn warned(report: &Value, words: &str) -> bool {
+pub(crate) fn warned(report: &Value, words: &str) -> bool {
     let mut all = report["warnings"].as_array().unwrap().iter();
     all.any(|warning| warning.as_str().unwrap().contains(words))
 }
@@ -69,7 +74,7 @@ fn value(report: &Value, name: &str) -> f64 {
 #[test]
 fn a_record_that_begins_in_motion_lacks_nothing_for_that() {
     for first in [500, 811, 1234] {
-        let (report, printed) = identified(csv(lively, 0.0, first, 4000, 7));
+        let (report, printed) = identified(csv(lively, |u| u, first, 4000, 7));
         assert_eq!(report["verdict"], "none", "{first}: {printed}");
         assert!(
             (value(&report, "gain") / GAIN - 1.0).abs() < 0.02,
@@ -83,7 +88,12 @@ fn a_record_that_begins_in_motion_lacks_nothing_for_that() {
 
 #[test]
 fn what_it_lacks_is_found_all_the_same() {
-    let (report, printed) = identified(csv(lively, 0.1, 911, 4000, 8));
+    let mut follower = 0.0f64;
+    let play = |u: f64| {
+        follower = follower.clamp(u - 0.1, u + 0.1);
+        follower
+    };
+    let (report, printed) = identified(csv(lively, play, 911, 4000, 8));
     assert_eq!(report["verdict"], "found", "{printed}");
     assert_eq!(report["effects"][0]["name"], "hysteresis");
 }
@@ -91,7 +101,7 @@ fn what_it_lacks_is_found_all_the_same() {
 #[test]
 fn a_step_in_the_first_row_finds_the_valve_at_rest() {
     let steps = |time: f64| [5.0, -3.0, 8.0, 1.0, -6.0][(time / 0.3) as usize % 5];
-    let (report, printed) = identified(csv(steps, 0.0, 0, 4000, 9));
+    let (report, printed) = identified(csv(steps, |u| u, 0, 4000, 9));
     assert_eq!(report["verdict"], "none", "{printed}");
     assert!(
         warned(&report, "begin at rest, not in equilibrium"),
@@ -102,7 +112,7 @@ fn a_step_in_the_first_row_finds_the_valve_at_rest() {
 
 #[test]
 fn a_record_in_equilibrium_counts_from_its_first_row() {
-    let (report, printed) = identified(csv(|time| lively(time) - lively(0.0), 0.0, 0, 4000, 10));
+    let (report, printed) = identified(csv(|time| lively(time) - lively(0.0), |u| u, 0, 4000, 10));
     assert_eq!(report["verdict"], "none", "{printed}");
     assert!(!warned(&report, " begin"), "{report}");
     assert_eq!(report["records"][0]["fitted"], 2800);

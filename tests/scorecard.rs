@@ -21,6 +21,9 @@ fn a_plan_has_every_effect_and_a_larger_one_has_the_same_cases_and_more() {
     assert_eq!(count(Group::Single), 3 * 4 * (18 + 2 * 4));
     assert_eq!(count(Group::Pairs), 60);
     assert_eq!(count(Group::Outsiders), 5 * 14);
+    let readme = include_str!("../README.md");
+    let said = format!("# {} records, seed 1", cases.len());
+    assert!(readme.contains(&said), "{said}");
     let names: HashSet<&str> = cases.iter().map(|case| case.id.as_str()).collect();
     assert_eq!(names.len(), cases.len());
     assert!(names.contains("single/sensor_lag.flow/3x/2"));

@@ -1,5 +1,6 @@
 //! What a verdict claims, and where something is missing that has no name.
 
+use crate::beginnings::{csv, identified as of_csv, warned};
 use crate::program::{json, printed, servobee};
 use serde_json::Value;
 use servobee::scorecard::{Outcome, Plan, run};
@@ -65,6 +66,27 @@ fn what_has_no_name_is_located_by_cuts_at_the_measured_spool() {
     // One channel has no cut.
     let (report, _) = identified(folder.path(), "overlap=8", "none");
     assert_eq!(report["located"], Value::Null);
+}
+
+#[test]
+fn what_shows_in_held_out_rows_alone_has_no_name_and_is_said_to() {
+    let command =
+        |time: f64| (1.0 + 4.0 * (time / 2.8).floor()) * ((9.0 * time).sin() + (70.0 * time).cos());
+    let clamped = |u: f64| u.clamp(-4.0, 4.0);
+    let (report, printed) = of_csv(csv(command, clamped, 0, 4000, 3));
+    assert_eq!(report["verdict"], "unexplained", "{printed}");
+    let words = "shows in held-out rows alone";
+    assert!(warned(&report, words), "{report}");
+    // What shows in both is said to be nothing of the kind.
+    let (report, _) = of_csv(csv(
+        |time| 5.0 * (9.0 * time).sin() + (70.0 * time).cos(),
+        clamped,
+        0,
+        4000,
+        3,
+    ));
+    assert_eq!(report["verdict"], "found", "{report}");
+    assert!(!warned(&report, words), "{report}");
 }
 
 #[test]

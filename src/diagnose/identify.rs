@@ -106,18 +106,22 @@ pub fn identify(
             None => result = again,
         }
     }
-    // What was beside a strong effect when the base model was fitted may show now.
-    if diagnosis.stage.goes_on()
-        && let Some(later) = with_run_in(&asked, &result.after)
-    {
-        return identify(later, evaluator, plan, options, progress);
-    }
     // The sources beside the floor are those of what is left in the end.
     for (name, noise) in result.after.noise(measurements, false) {
         let own = result.noise.get_mut(&name).expect("of the same channels");
         own.sources = noise.sources;
     }
     result.evaluations = diagnosis.evaluations;
+    // What was beside a strong effect when the base model was fitted may show now.
+    if diagnosis.stage.goes_on()
+        && let Some(later) = with_run_in(&asked, &result.after)
+    {
+        let again = identify(later, evaluator, plan, options, progress)?;
+        match again.broken_off {
+            Some(stage) => result.broken_off = Some(stage),
+            None => return Ok(again),
+        }
+    }
     result.check_integration()?;
     Ok(result)
 }

@@ -107,6 +107,10 @@ pub struct Document {
     pub warnings: Vec<String>,
 }
 
+/// Why something has no name that shows in held-out rows alone.
+const UNSEEN: &str = "what is missing shows in held-out rows alone: the fitted ones are followed to their noise, and nothing is \
+    learnt from the others. Fit rows like these as well";
+
 impl Document {
     /// The document of a diagnosis, and of the card of its result.
     pub fn of(
@@ -134,6 +138,9 @@ impl Document {
         }
         warnings.extend(identified.measurements.beginnings.iter().cloned());
         warnings.extend(after.unexcited.iter().map(Unexcited::describe));
+        if identified.shows_in_held_out_rows_alone() {
+            warnings.push(UNSEEN.into());
+        }
         let hold = HoldReport::from(&identified.between);
         warnings.extend(hold.warning());
         let rows = after.problem.rows();

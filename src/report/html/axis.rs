@@ -296,7 +296,7 @@ mod tests {
     fn the_lowest_label_of_an_upright_axis_leaves_the_corner_free() {
         let axis = Axis::from_to("flow [L/min]", -0.151, 0.3);
         assert_eq!(axis.upright().ticks(4), axis.ticks(4));
-        let near = Axis::from_to("flow [L/min]", -0.21, 0.6);
+        let near = Axis::from_to("flow [L/min]", -0.21, 0.61);
         assert_eq!(near.ticks(5).len(), 5);
         assert_eq!(near.upright().ticks(5).len(), 4);
     }

@@ -1,4 +1,5 @@
 import pathlib
+import signal
 
 import pandas
 import pytest
@@ -29,3 +30,9 @@ def plain(bench):
     """The base model alone, without a diagnosis."""
     with pytest.warns(UserWarning, match="the intervals assume that the model is complete"):
         return servobee.identify(bench, effects="none", device="cpu")
+
+
+@pytest.fixture(autouse=True, scope="session")
+def interrupts():
+    """Ctrl-C interrupts also where a shell has started the tests as a background job, which ignores it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)

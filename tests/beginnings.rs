@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use std::fmt::Write;
-use std::fs::write;
+use std::fs::{create_dir, write};
 
 const GAIN: f64 = 220.0;
 const TIME_CONSTANT: f64 = 0.0025;
@@ -116,4 +116,34 @@ fn a_record_in_equilibrium_counts_from_its_first_row() {
     assert_eq!(report["verdict"], "none", "{printed}");
     assert!(!warned(&report, " begin"), "{report}");
     assert_eq!(report["records"][0]["fitted"], 2800);
+}
+
+#[test]
+fn two_records_of_one_name_each_count_their_own_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, first, rows) in [("monday", 500, 4000), ("tuesday", 811, 600)] {
+        create_dir(folder.path().join(name)).unwrap();
+        let record = csv(lively, |u| u, first, rows, first as u64);
+        write(folder.path().join(name).join("log.csv"), record).unwrap();
+    }
+    let records = ["monday/log.csv", "tuesday/log.csv"];
+    let call = [
+        "identify",
+        records[0],
+        records[1],
+        "--evaluator",
+        "cpu",
+        "--out",
+        "out",
+    ];
+    let printed = printed(&servobee(folder.path(), &call));
+    let report = json(folder.path().join("out/report.json"));
+    assert_eq!(report["verdict"], "none", "{printed}");
+    let rows: u64 = report["records"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|record| record["fitted"].as_u64().unwrap() + record["held_out"].as_u64().unwrap())
+        .sum();
+    assert!(rows < 4600 - 150, "{report}");
 }

@@ -174,15 +174,16 @@ impl Measurements {
             for sample in &mut series.samples[first..rows] {
                 sample.weight = 0.0;
             }
-            let used = self
-                .records
-                .iter_mut()
-                .find(|used| used.name == series.name);
-            if let Some(used) = used {
-                *match held {
+            // Two records in different folders may have one name.
+            let count = self.records.iter_mut().find_map(|used| {
+                let count = match held {
                     true => &mut used.held_out,
                     false => &mut used.fitted,
-                } -= rows - first;
+                };
+                (used.name == series.name && *count >= rows - first).then_some(count)
+            });
+            if let Some(count) = count {
+                *count -= rows - first;
             }
             let begins = format!("{} begins in motion", series.name);
             self.beginnings.retain(|known| !known.starts_with(&begins));

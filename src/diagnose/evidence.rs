@@ -14,8 +14,10 @@ use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, Fingerprint, Memory, OwnLoss, reference};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Complete, Output, Outputs, Parameter, Signal, Structure};
-use crate::search::polish::{Flat, PolishOptions};
-use crate::search::{self, Method, Plan, RunningSearch, hop_on, polish_on_data, run_in_lockstep};
+use crate::search::polish::{Flat, PolishOptions, polish};
+use crate::search::{
+    self, Method, Plan, RunningSearch, Stoppable, hop_on, polish_on_data, run_in_lockstep,
+};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -376,7 +378,11 @@ impl Evidence {
         };
         let polished: Option<(f64, Vec<f64>)> = self.memory.once(key, || {
             let (free, start) = (problem.free(), problem.start());
-            let polished = polish_on_data(&problem, interrupt, &free, &start, options).ok()?;
+            let mut stoppable = Stoppable {
+                problem: &problem,
+                interrupt,
+            };
+            let polished = polish(&mut stoppable, &free, &start, options).ok()?;
             Some((polished.cost, polished.values))
         });
         if interrupt.asked() {

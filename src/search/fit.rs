@@ -22,8 +22,8 @@ impl LeastSquares for Problem {
         reference::cost(self, candidate)
     }
 
-    fn costs_at_most(&mut self, candidate: &[f64], most: f64) -> bool {
-        reference::cost_up_to(self, candidate, most).is_some()
+    fn cost_up_to(&mut self, candidate: &[f64], most: f64) -> Option<f64> {
+        reference::cost_up_to(self, candidate, most)
     }
 }
 
@@ -45,8 +45,11 @@ impl LeastSquares for Stoppable<'_> {
         }
     }
 
-    fn costs_at_most(&mut self, candidate: &[f64], most: f64) -> bool {
-        !self.interrupt.asked() && reference::cost_up_to(self.problem, candidate, most).is_some()
+    fn cost_up_to(&mut self, candidate: &[f64], most: f64) -> Option<f64> {
+        match self.interrupt.asked() {
+            true => None,
+            false => reference::cost_up_to(self.problem, candidate, most),
+        }
     }
 }
 

@@ -77,7 +77,7 @@ fn look_along(
     let mut values = polished.values.clone();
     let mut is_flat = |unit: f64| {
         values[index] = parameter.from_unit(unit);
-        problem.costs_at_most(&values, level)
+        problem.cost_up_to(&values, level).is_some()
     };
     // At the bound first: there nearly every parameter is told from a flat one.
     let mut up_to = |bound: f64| {

@@ -10,9 +10,8 @@ pub trait LeastSquares {
     /// simulation diverged.
     fn cost(&mut self, candidate: &[f64]) -> Option<f64>;
 
-    /// Whether that sum is at most `most`; false if the simulation diverged. Where a part of the sum is above it, the rest
-    /// need not be known.
-    fn costs_at_most(&mut self, candidate: &[f64], most: f64) -> bool {
-        self.cost(candidate).is_some_and(|cost| cost <= most)
+    /// That sum where it is at most `most`, otherwise `None`. Where a part of the sum is above it, the rest need not be known.
+    fn cost_up_to(&mut self, candidate: &[f64], most: f64) -> Option<f64> {
+        self.cost(candidate).filter(|cost| *cost <= most)
     }
 }

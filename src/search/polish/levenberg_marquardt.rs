@@ -91,7 +91,9 @@ pub fn polish(
         }
 
         evaluations += 1;
-        let trial_cost = problem.cost(&trial_values).unwrap_or(f64::INFINITY);
+        let most = cost * (1.0 + options.cost_tolerance);
+        let trial_cost = problem.cost_up_to(&trial_values, most);
+        let trial_cost = trial_cost.unwrap_or(f64::INFINITY);
         let decrease = cost - trial_cost;
         let gain = decrease / predicted;
         let converged = predicted.max(decrease.abs()) <= options.cost_tolerance * cost;

@@ -6,9 +6,9 @@ use pulp::Simd;
 
 /// The token of an instruction set.
 ///
-/// To be called only under `pulp`'s dispatch to `S`. Nobody outside this crate can: [`Lanes`](crate::model::real::Lanes), the
-/// only type that calls it, cannot be named there, and the CPU's evaluator, the only one that makes such numbers, does so
-/// inside the dispatch.
+/// To be called only under `pulp`'s dispatch to `S`. Nobody outside this crate can: [`Lanes`](crate::model::real::Lanes) and
+/// [`Dual`](crate::model::real::Dual), the only types that call it, cannot be named there, and what makes such numbers, the
+/// CPU's evaluator and the reference's sensitivities, does so inside the dispatch.
 #[inline(always)]
 pub(crate) fn token<S: Simd>() -> S {
     const { assert!(size_of::<S>() == 0) };

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::evaluate::order::side_by_side;
 use crate::evaluate::problem::{Data, Problem, Series, Tone, Wave};
+use crate::evaluate::simulation::instructions::with_vectors;
 use crate::evaluate::simulation::reference::cost_in;
 use crate::evaluate::simulation::simulate::{STATE_LIMIT, response, squares, with_states};
 use crate::evaluate::{Cost, Evaluator, Job, Population};
@@ -80,28 +81,6 @@ fn name_of(instructions: Arch) -> &'static str {
         Some(256) => "256-bit vectors",
         Some(128) => "128-bit vectors",
         _ => "no vectors",
-    }
-}
-
-/// Runs `task` with the CPU's vector instructions; `None` where there are none: one candidate at a time is then as fast.
-fn with_vectors<T: WithSimd>(instructions: Arch, task: T) -> Option<T::Output> {
-    match instructions {
-        #[cfg(target_arch = "x86_64")]
-        Arch::V4(simd) => Some(simd.vectorize(
-            #[inline(always)]
-            || task.with_simd(simd),
-        )),
-        #[cfg(target_arch = "x86_64")]
-        Arch::V3(simd) => Some(simd.vectorize(
-            #[inline(always)]
-            || task.with_simd(simd),
-        )),
-        #[cfg(target_arch = "aarch64")]
-        Arch::Neon(simd) => Some(simd.vectorize(
-            #[inline(always)]
-            || task.with_simd(simd),
-        )),
-        _ => None,
     }
 }
 

@@ -2,12 +2,15 @@
 
 use crate::evaluate::STATE_LIMIT;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
+use crate::evaluate::simulation::instructions::with_short_vectors;
 use crate::evaluate::simulation::simulate::{
     Row, Squares, outputs, response, run, series, with_states,
 };
-use crate::model::real::{Dual, PASS};
-use crate::model::{Alone, BarePlant, Complete, Output, Outputs, Real, Structure, Valued, View};
+use crate::model::real::Dual;
+use crate::model::{Alone, Complete, Output, Outputs, Real, Structure, Valued, View};
+use pulp::{Simd, WithSimd};
 use std::f64::consts::LN_10;
+use std::marker::PhantomData;
 
 /// The outputs of every row of every record, for values of all parameters.
 pub fn trajectories(
@@ -105,21 +108,27 @@ fn add<R: Into<f64>>(sums: &mut Outputs<f64>, slice: Outputs<R>) {
 /// Hands every weighted residual, measured minus simulated, and its gradient with respect to the free parameters to
 /// `row`; the squares of the residuals add up to [`cost`]. False where the candidate diverges.
 pub fn residuals(problem: &Problem, free: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
-    if free.len() <= PASS {
-        return pass(problem, free, 0, &mut |residual, gradient| {
-            row(residual, &gradient[..free.len()])
-        });
+    let width = with_short_vectors(Width);
+    let pass = |first, row: &mut dyn FnMut(f64, &[f64])| {
+        finished(Pass {
+            problem,
+            free,
+            first,
+            row,
+        })
+    };
+    if free.len() <= width {
+        return pass(0, row);
     }
     // More parameters than one pass carries: keep the gradients of each pass until all are there.
     let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
-    for first in (0..free.len()).step_by(PASS) {
-        let count = PASS.min(free.len() - first);
+    for first in (0..free.len()).step_by(width) {
         let mut next = 0;
-        let finished = pass(problem, free, first, &mut |residual, gradient| {
+        let finished = pass(first, &mut |residual, gradient| {
             if first == 0 {
                 rows.push((residual, Vec::with_capacity(free.len())));
             }
-            rows[next].1.extend_from_slice(&gradient[..count]);
+            rows[next].1.extend_from_slice(gradient);
             next += 1;
         });
         if !finished {
@@ -132,106 +141,159 @@ pub fn residuals(problem: &Problem, free: &[f64], row: &mut dyn FnMut(f64, &[f64
     true
 }
 
-/// A parameter's value with its derivatives with respect to the [`PASS`] that one pass carries.
-type Number = Dual<PASS>;
+/// Asks how many sensitivities one pass carries.
+struct Width;
 
-/// The residuals with their derivatives with respect to the [`PASS`] free parameters from number `first` on.
-fn pass(
-    problem: &Problem,
-    free: &[f64],
+impl WithSimd for Width {
+    type Output = usize;
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        Dual::<S>::COUNT
+    }
+}
+
+/// A pass over all residuals with their derivatives with respect to as many free parameters as there is room for, from number
+/// `first` on.
+struct Pass<'a> {
+    problem: &'a Problem,
+    free: &'a [f64],
     first: usize,
-    row: &mut dyn FnMut(f64, &[f64; PASS]),
-) -> bool {
-    let variable = |(index, &value): (usize, &f64)| match index.checked_sub(first) {
-        Some(slot) if slot < PASS => Number::variable(value, slot),
-        _ => Number::constant(value),
-    };
-    let free: Vec<Number> = free.iter().enumerate().map(variable).collect();
-    let values = problem.complete(&free, Number::constant);
-    match &*problem.data {
-        Data::Series(records) => records.iter().all(|record| {
-            with_states!(
-                &problem.structure,
-                pass_in_time::<Number>(problem, &values, record, row)
-            )
-        }),
-        Data::Tones(tones) => pass_on_tones(&Alone::plant(&problem.structure, &values), tones, row),
+    row: &'a mut dyn FnMut(f64, &[f64]),
+}
+
+impl Pass<'_> {
+    /// Values of all parameters.
+    fn values<S: Simd>(&self) -> Complete<Dual<S>> {
+        let variable = |(index, &value): (usize, &f64)| match index.checked_sub(self.first) {
+            Some(slot) if slot < Dual::<S>::COUNT => Dual::variable(value, slot),
+            _ => Dual::constant(value),
+        };
+        let free: Vec<Dual<S>> = self.free.iter().enumerate().map(variable).collect();
+        self.problem.complete(&free, Dual::constant)
+    }
+
+    /// How many parameters it has derivatives with respect to.
+    fn count<S: Simd>(&self) -> usize {
+        (self.free.len() - self.first).min(Dual::<S>::COUNT)
+    }
+}
+
+/// Whether a pass came to its end; false where the candidate diverges.
+fn finished(pass: Pass<'_>) -> bool {
+    match &*pass.problem.data {
+        Data::Series(records) => {
+            let structure = &pass.problem.structure;
+            with_states!(structure, finished_in_time::<f64>(pass, records))
+        }
+        Data::Tones(tones) => with_short_vectors(PassOnTones { pass, tones }),
     }
 }
 
 /// Whether a state has left all bounds.
-fn wild(state: &[Number]) -> bool {
+fn wild<S: Simd>(state: &[Dual<S>]) -> bool {
     state
         .iter()
         .any(|x| x.value.is_nan() || x.value.abs() >= STATE_LIMIT)
 }
 
-/// A pass over one record, of a structure with room for `N` states: each a function of its own, small enough for the
-/// compiler.
 #[allow(
     clippy::extra_unused_type_parameters,
     reason = "with_states names the numbers first"
 )]
-#[inline(never)]
-fn pass_in_time<R, const N: usize, V: View>(
-    problem: &Problem,
-    values: &Complete<Number>,
-    record: &Series,
-    row: &mut dyn FnMut(f64, &[f64; PASS]),
-) -> bool {
-    let observed = problem.observed();
-    let loss = problem.own_loss();
-    let mut finished = true;
-    let hand_over = |k: usize, state: &[Number], outputs: Outputs<Number>| {
-        let sample = &record.samples[k];
-        for output in Output::ALL {
-            let factor = (sample.weight * problem.scale[output]).sqrt();
-            if observed[output] && record.measured[output] && factor > 0.0 {
-                let mut error = Number::constant(sample.target[output]) - outputs[output];
-                if let Some((loss, sizes)) = loss
-                    && error.value != 0.0
-                {
-                    let cost = loss(error, Number::constant(sizes[output]));
-                    error = error.if_positive(cost.sqrt(), -cost.sqrt());
-                }
-                let error = error * Number::constant(factor);
-                row(error.value, &error.gradient);
-            }
-        }
-        finished &= !wild(state);
-        finished
-    };
-    let plant = V::plant(&problem.structure, values);
-    series::<Number, N, _>(&problem.structure, record, hand_over, &plant);
-    finished
+fn finished_in_time<'a, R, const N: usize, V: View>(pass: Pass<'a>, records: &'a [Series]) -> bool {
+    let view = PhantomData::<V>;
+    with_short_vectors(PassInTime::<N, V> {
+        pass,
+        records,
+        view,
+    })
 }
 
-#[inline(never)]
-fn pass_on_tones(
-    plant: &BarePlant<Number>,
-    tones: &[Tone],
-    row: &mut dyn FnMut(f64, &[f64; PASS]),
-) -> bool {
-    let wave = Wave::new(tones);
-    let mut finished = true;
-    for tone in tones {
-        let [re, im] = response(plant, tone, &wave, |state| {
-            finished &= !wild(state);
-            !finished
-        });
-        let factor = tone.weight.sqrt();
-        let phase = im.atan2(re);
-        if let Some(error) = tone.phase_error(phase.value) {
-            let gradient = phase.gradient.map(|slope| -slope.to_degrees() * factor);
-            row(error * factor, &gradient);
+/// A pass over records, of a structure with room for `N` states: each a function of its own, small enough for the compiler.
+struct PassInTime<'a, const N: usize, V> {
+    pass: Pass<'a>,
+    records: &'a [Series],
+    view: PhantomData<V>,
+}
+
+impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let problem = self.pass.problem;
+        let values = self.pass.values::<S>();
+        let plant = V::plant(&problem.structure, &values);
+        let observed = problem.observed();
+        let loss = problem.own_loss();
+        let count = self.pass.count::<S>();
+        let row = self.pass.row;
+        for record in self.records {
+            let mut finished = true;
+            let hand_over = |k: usize, state: &[Dual<S>], outputs: Outputs<Dual<S>>| {
+                let sample = &record.samples[k];
+                for output in Output::ALL {
+                    let factor = (sample.weight * problem.scale[output]).sqrt();
+                    if observed[output] && record.measured[output] && factor > 0.0 {
+                        let mut error = Dual::constant(sample.target[output]) - outputs[output];
+                        if let Some((loss, sizes)) = loss
+                            && error.value != 0.0
+                        {
+                            let cost = loss(error, Dual::constant(sizes[output]));
+                            error = error.if_positive(cost.sqrt(), -cost.sqrt());
+                        }
+                        let error = error * Dual::constant(factor);
+                        row(error.value, &error.gradient()[..count]);
+                    }
+                }
+                finished &= !wild(state);
+                finished
+            };
+            series::<Dual<S>, N, _>(&problem.structure, record, hand_over, &plant);
+            if !finished {
+                return false;
+            }
         }
-        if let Some(error) = tone.gain_error(re.value.hypot(im.value)) {
-            let factor = DEGREES_PER_DECIBEL * factor;
-            let square = re * re + im * im;
-            let decibels = 10.0 / (LN_10 * square.value);
-            let gradient = square.gradient.map(|slope| -slope * decibels * factor);
-            row(error * factor, &gradient);
-        }
+        true
     }
-    finished
+}
+
+/// A pass over the tones of a sine stream.
+struct PassOnTones<'a> {
+    pass: Pass<'a>,
+    tones: &'a [Tone],
+}
+
+impl WithSimd for PassOnTones<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> bool {
+        let plant = Alone::plant(&self.pass.problem.structure, &self.pass.values::<S>());
+        let wave = Wave::new(self.tones);
+        let count = self.pass.count::<S>();
+        let row = self.pass.row;
+        let scaled = |number: Dual<S>, factor: f64| -> Vec<f64> {
+            let slopes = number.gradient()[..count].iter();
+            slopes.map(|slope| slope * factor).collect()
+        };
+        let mut finished = true;
+        for tone in self.tones {
+            let [re, im] = response(&plant, tone, &wave, |state: &[Dual<S>]| {
+                finished &= !wild(state);
+                !finished
+            });
+            let factor = tone.weight.sqrt();
+            let phase = im.atan2(re);
+            if let Some(error) = tone.phase_error(phase.value) {
+                row(error * factor, &scaled(phase, -factor * 1f64.to_degrees()));
+            }
+            if let Some(error) = tone.gain_error(re.value.hypot(im.value)) {
+                let factor = DEGREES_PER_DECIBEL * factor;
+                let square = re * re + im * im;
+                let decibels = 10.0 / (LN_10 * square.value);
+                row(error * factor, &scaled(square, -decibels * factor));
+            }
+        }
+        finished
+    }
 }

@@ -1,37 +1,67 @@
-//! Dual numbers: a value and its exact derivatives with respect to `D` parameters.
+//! Dual numbers: a value and its exact derivatives with respect to some parameters.
 
 use super::{Real, Valued};
+use crate::audited::token;
+use pulp::Simd;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A value with its gradient.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Dual<const D: usize> {
+/// Vectors of derivatives.
+const VECTORS: usize = 2;
+
+/// A value with its gradient, computed with the instruction set `S`.
+///
+/// As [`Lanes`](super::Lanes), such numbers must be used only where a token of `S` exists.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Dual<S: Simd> {
     /// The value itself.
-    pub value: f64,
-    /// Its derivatives, one a parameter.
-    pub gradient: [f64; D],
+    pub(crate) value: f64,
+    slopes: [S::f64s; VECTORS],
 }
 
-impl<const D: usize> Dual<D> {
+impl<S: Simd> Dual<S> {
+    /// How many parameters it has derivatives with respect to.
+    pub(crate) const COUNT: usize = VECTORS * size_of::<S::f64s>() / size_of::<f64>();
+
     /// Parameter number `index`: its derivative with respect to itself is 1.
-    pub fn variable(value: f64, index: usize) -> Self {
-        let mut gradient = [0.0; D];
-        gradient[index] = 1.0;
-        Self { value, gradient }
+    pub(crate) fn variable(value: f64, index: usize) -> Self {
+        let mut variable = Self::constant(value);
+        bytemuck::cast_slice_mut(&mut variable.slopes)[index] = 1.0;
+        variable
+    }
+
+    /// Its derivatives, one a parameter.
+    #[inline(always)]
+    pub(crate) fn gradient(&self) -> &[f64] {
+        bytemuck::cast_slice(&self.slopes)
     }
 
     /// The value `value` whose gradient is `a` times this one's gradient plus `b` times the other's.
+    // A loop over numbers, here and below: only what is inlined is compiled for the instructions, and closures are not always.
     #[inline(always)]
     fn chain(mut self, value: f64, a: f64, other: Self, b: f64) -> Self {
-        for (own, other) in self.gradient.iter_mut().zip(other.gradient) {
-            *own = a * *own + b * other;
+        let simd = token::<S>();
+        let (a, b) = (simd.splat_f64s(a), simd.splat_f64s(b));
+        for i in 0..VECTORS {
+            let own = simd.mul_f64s(a, self.slopes[i]);
+            self.slopes[i] = simd.add_f64s(own, simd.mul_f64s(b, other.slopes[i]));
+        }
+        self.value = value;
+        self
+    }
+
+    /// The value `value` whose gradient is `a` times this one's.
+    #[inline(always)]
+    fn scaled(mut self, value: f64, a: f64) -> Self {
+        let a = token::<S>().splat_f64s(a);
+        for i in 0..VECTORS {
+            self.slopes[i] = token::<S>().mul_f64s(a, self.slopes[i]);
         }
         self.value = value;
         self
     }
 
     /// The angle of the point (`x`, `self`), in radians.
-    pub fn atan2(self, x: Self) -> Self {
+    pub(crate) fn atan2(self, x: Self) -> Self {
         let square = self.value * self.value + x.value * x.value;
         self.chain(
             self.value.atan2(x.value),
@@ -42,23 +72,31 @@ impl<const D: usize> Dual<D> {
     }
 }
 
-impl<const D: usize> Add for Dual<D> {
+impl<S: Simd> Add for Dual<S> {
     type Output = Self;
     #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.chain(self.value + other.value, 1.0, other, 1.0)
+    fn add(mut self, other: Self) -> Self {
+        self.value += other.value;
+        for i in 0..VECTORS {
+            self.slopes[i] = token::<S>().add_f64s(self.slopes[i], other.slopes[i]);
+        }
+        self
     }
 }
 
-impl<const D: usize> Sub for Dual<D> {
+impl<S: Simd> Sub for Dual<S> {
     type Output = Self;
     #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.chain(self.value - other.value, 1.0, other, -1.0)
+    fn sub(mut self, other: Self) -> Self {
+        self.value -= other.value;
+        for i in 0..VECTORS {
+            self.slopes[i] = token::<S>().sub_f64s(self.slopes[i], other.slopes[i]);
+        }
+        self
     }
 }
 
-impl<const D: usize> Mul for Dual<D> {
+impl<S: Simd> Mul for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -66,7 +104,7 @@ impl<const D: usize> Mul for Dual<D> {
     }
 }
 
-impl<const D: usize> Div for Dual<D> {
+impl<S: Simd> Div for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
@@ -75,31 +113,37 @@ impl<const D: usize> Div for Dual<D> {
     }
 }
 
-impl<const D: usize> Neg for Dual<D> {
+impl<S: Simd> Neg for Dual<S> {
     type Output = Self;
     #[inline(always)]
-    fn neg(self) -> Self {
-        Self {
-            value: -self.value,
-            gradient: self.gradient.map(|g| -g),
+    fn neg(mut self) -> Self {
+        self.value = -self.value;
+        for i in 0..VECTORS {
+            self.slopes[i] = token::<S>().neg_f64s(self.slopes[i]);
         }
+        self
     }
 }
 
-impl<const D: usize> Real for Dual<D> {
+impl<S: Simd> Real for Dual<S> {
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self {
             value,
-            gradient: [0.0; D],
+            slopes: [token::<S>().splat_f64s(0.0); VECTORS],
         }
+    }
+    #[inline(never)]
+    fn outlined<T>(f: impl FnOnce() -> T) -> T {
+        // Only what is called through the token is compiled for its instructions.
+        token::<S>().vectorize(f)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         // At zero the slope is infinite; zero times that must not spoil sums that do not depend on it.
         let slope = if root > 0.0 { 0.5 / root } else { 0.0 };
-        self.chain(root, slope, self, 0.0)
+        self.scaled(root, slope)
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -131,7 +175,7 @@ impl<const D: usize> Real for Dual<D> {
     }
 }
 
-impl<const D: usize> Valued for Dual<D> {
+impl<S: Simd> Valued for Dual<S> {
     #[inline(always)]
     fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
         Self::constant(f(self.value))

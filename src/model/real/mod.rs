@@ -1,9 +1,9 @@
 //! The arithmetic that every reading of the physics shares.
 //!
 //! An equation written over [`Real`] is read as `f64` (the reference), `f32` (the shader's twin), vectors (many
-//! candidates at once; their type is this crate's own, for only it makes sure that the CPU has them), [`Dual`] (exact sensitivities) and [`Traced`] (text in another language). There are no
-//! branches on values: a choice is a `min`, a `max`, a clamp or a selection, so that lanes and invocations stay in
-//! lockstep.
+//! candidates at once; their type is this crate's own, for only it makes sure that the CPU has them), dual numbers (exact
+//! sensitivities) and [`Traced`] (text in another language). There are no branches on values: a choice is a `min`, a `max`,
+//! a clamp or a selection, so that lanes and invocations stay in lockstep.
 
 mod dual;
 mod lanes;
@@ -11,9 +11,8 @@ pub(crate) mod reading;
 #[doc(hidden)]
 pub mod trace;
 
-pub use dual::Dual;
+pub(crate) use dual::Dual;
 pub(crate) use lanes::{Element, Lanes};
-pub(crate) use reading::PASS;
 pub use trace::Traced;
 
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -5,8 +5,6 @@ use std::any::{Any, TypeId};
 
 /// Vectors of a batch in flight: enough to hide the latency of one operation behind the others.
 pub(crate) const IN_FLIGHT: usize = 2;
-/// Sensitivities that one pass carries.
-pub(crate) const PASS: usize = 8;
 
 /// A value for each kind of number, by the number's type: all that evaluate, differentiate and trace.
 pub(crate) type Readings = fn(TypeId) -> Option<Box<dyn Any>>;
@@ -28,17 +26,19 @@ macro_rules! for_number {
             $crate::model::real::reading::Wide<f32, pulp::x86::V4>,
             $crate::model::real::reading::Wide<f64, pulp::x86::V4>,
             $crate::model::real::reading::Wide<f32, pulp::x86::V3>,
-            $crate::model::real::reading::Wide<f64, pulp::x86::V3>
+            $crate::model::real::reading::Wide<f64, pulp::x86::V3>,
+            $crate::model::real::Dual<pulp::x86::V3>
         );
         #[cfg(target_arch = "aarch64")]
         $crate::model::real::reading::for_each!($id, $R => $value,
             $crate::model::real::reading::Wide<f32, pulp::aarch64::Neon>,
-            $crate::model::real::reading::Wide<f64, pulp::aarch64::Neon>
+            $crate::model::real::reading::Wide<f64, pulp::aarch64::Neon>,
+            $crate::model::real::Dual<pulp::aarch64::Neon>
         );
         $crate::model::real::reading::for_each!($id, $R => $value,
             f64,
             f32,
-            $crate::model::real::Dual<{ $crate::model::real::reading::PASS }>,
+            $crate::model::real::Dual<pulp::Scalar>,
             $crate::model::real::Traced
         );
         None

@@ -109,15 +109,15 @@ fn advance(plant: Plant, state: State, start: Input, middle: Input, end: Input, 
     let t48 = plant.gain * min(max(start.command - state.spool, t45), plant.saturation);
     let t50 = step * 0.5f;
     let t54 = state.spool + (t50 * t22);
-    let t58 = ((state.integrator + (t50 * t48)) - t54) * plant.rate;
-    let t62 = plant.gain * min(max(middle.command - t54, t45), plant.saturation);
-    let t73 = state.spool + (t50 * t58);
-    let t75 = ((state.integrator + (t50 * t62)) - t73) * plant.rate;
-    let t79 = plant.gain * min(max(middle.command - t73, t45), plant.saturation);
+    let t60 = plant.gain * min(max(middle.command - t54, t45), plant.saturation);
+    let t62 = ((state.integrator + (t50 * t48)) - t54) * plant.rate;
+    let t73 = state.spool + (t50 * t62);
+    let t77 = plant.gain * min(max(middle.command - t73, t45), plant.saturation);
+    let t79 = ((state.integrator + (t50 * t60)) - t73) * plant.rate;
     let t85 = step * 1.0f;
-    let t89 = state.spool + (t85 * t75);
+    let t89 = state.spool + (t85 * t79);
     let t105 = step * 0.16666667f;
-    return State(state.integrator + (t105 * (((t48 + (2.0f * t62)) + (2.0f * t79)) + (1.0f * (plant.gain * min(max(end.command - t89, t45), plant.saturation))))), state.spool + (t105 * (((t22 + (2.0f * t58)) + (2.0f * t75)) + (1.0f * (((state.integrator + (t85 * t79)) - t89) * plant.rate)))));
+    return State(state.integrator + (t105 * (((t48 + (2.0f * t60)) + (2.0f * t77)) + (1.0f * (plant.gain * min(max(end.command - t89, t45), plant.saturation))))), state.spool + (t105 * (((t22 + (2.0f * t62)) + (2.0f * t79)) + (1.0f * (((state.integrator + (t85 * t77)) - t89) * plant.rate)))));
 }
 
 fn stride_of(plant: Plant, length: f32) -> Stride {

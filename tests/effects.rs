@@ -93,6 +93,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "flow_force~windup",
         "stroke_limit~windup",
         "stroke_limit~command",
+        "stroke_limit~elastic",
         "friction",
         "flow_force",
         "stroke_limit",
@@ -415,7 +416,7 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 42] = [
+const TWINS: [Twin; 43] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -470,6 +471,11 @@ const TWINS: [Twin; 42] = [
         "stroke_limit~command=7",
         "stroke_limit~command",
         &[("stroke_limit_command", 7.0)],
+    ),
+    (
+        "stroke_limit~elastic=7:rate=800",
+        "stroke_limit~elastic",
+        &[("stroke_limit_elastic", 7.0), ("stop_stiffness", 800.0)],
     ),
     ("overlap=4", "overlap", &[("overlap", 4.0)]),
     (

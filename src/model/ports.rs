@@ -16,6 +16,12 @@ pub trait Ports<R: Real> {
         false
     }
 
+    /// Whether anything that acts on the spool feels what the valve is loaded with.
+    #[inline(always)]
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     /// Whether the spool can stick.
     #[inline(always)]
     fn sticks(&self) -> bool {
@@ -152,6 +158,7 @@ pub struct Attached<R> {
     pub(super) correction: Option<Correction<R>>,
     ends_steps: bool,
     follows_flow: bool,
+    feels_load: bool,
 }
 
 impl<R: Real> Attached<R> {
@@ -164,15 +171,17 @@ impl<R: Real> Attached<R> {
         next: &mut impl FnMut() -> R,
     ) -> Self {
         let mut effects = Vec::with_capacity(structure.effects.len());
-        let mut follows_flow = false;
+        let (mut follows_flow, mut feels_load) = (false, false);
         for effect in &structure.effects {
             let has_states = !effect.entry.states.is_empty();
             follows_flow |=
                 has_states && effect.entry.port == Port::Flow && effect.output.is_none();
             let first = state;
             state += effect.entry.states.len();
+            let action = Action::new(effect.entry.name, &mut *next);
+            feels_load |= effect.entry.port == Port::Actuator && action.feels_load();
             effects.push(Placed {
-                action: Action::new(effect.entry.name, &mut *next),
+                action,
                 states: first..state,
                 output: effect.output,
             });
@@ -186,6 +195,7 @@ impl<R: Real> Attached<R> {
                 .iter()
                 .any(|effect| effect.entry.port == Port::Actuator),
             follows_flow,
+            feels_load,
         }
     }
 
@@ -221,6 +231,10 @@ impl<R: Real> Ports<R> for Attached<R> {
 
     fn pulls(&self) -> bool {
         self.effects.iter().any(|effect| effect.action.pulls())
+    }
+
+    fn feels_load(&self) -> bool {
+        self.feels_load
     }
 
     fn sticks(&self) -> bool {

@@ -86,6 +86,8 @@ pub enum Form {
     Clipped,
     /// A stop as a spring.
     Soft,
+    /// The same behind the integrator of the loop, which winds up.
+    Elastic,
     /// Metering edges that are rounded.
     Rounded,
     /// Another overlap on either side of null.
@@ -113,6 +115,7 @@ impl Form {
             Self::Lugre => "lugre",
             Self::Clipped => "clipped",
             Self::Soft => "soft",
+            Self::Elastic => "elastic",
             Self::Rounded => "rounded",
             Self::Edges => "edges",
             Self::Knee => "knee",
@@ -188,7 +191,8 @@ impl Kind {
             Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1,
                 &[Form::Windup], &[]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
-                &[Form::Clipped, Form::Soft, Form::Windup, Form::Command], &[("stiffness", 20.0, &[Form::Soft])]),
+                &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic],
+                &[("stiffness", 20.0, &[Form::Soft]), ("rate", 1000.0, &[Form::Elastic])]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
                 &[Form::Rounded, Form::Edges],
                 &[("width", f64::NAN, &[Form::Rounded]), ("negative", 0.0, &[Form::Edges])]),

@@ -87,6 +87,11 @@ enum Stop {
         limit: f64,
         stiffness: f64,
     },
+    /// x' loses rate · (x − limit) beyond the limit.
+    Elastic {
+        limit: f64,
+        rate: f64,
+    },
 }
 
 impl Backlash {
@@ -152,8 +157,13 @@ impl Spool {
             limit: p.value,
             stiffness: p.key("stiffness").unwrap_or(1.0),
         });
+        let elastic = find(planted, Kind::StrokeLimit, Form::Elastic).map(|p| Stop::Elastic {
+            limit: p.value,
+            rate: p.key("rate").unwrap_or(1.0),
+        });
         let stroke = |form| limit(Kind::StrokeLimit, form);
         let stop = soft
+            .or(elastic)
             .or_else(|| stroke(Form::Usual).map(Stop::Hard))
             .or_else(|| stroke(Form::Windup).map(Stop::Windup))
             .unwrap_or(Stop::None);
@@ -256,6 +266,10 @@ impl Spool {
         {
             return 0.0;
         }
+        let w = match self.stop {
+            Stop::Elastic { limit, rate } => w - rate * (x - x.clamp(-limit, limit)),
+            _ => w,
+        };
         match self.speed {
             Speed::Limited(limit) | Speed::Windup(limit) => w.clamp(-limit, limit),
             Speed::Smooth(limit) => w / (1.0 + (w / limit).powi(4)).sqrt().sqrt(),
@@ -267,7 +281,7 @@ impl Spool {
     fn winds_up(&self) -> bool {
         self.flow_force_behind != 0.0
             || matches!(self.friction, Friction::Windup { .. })
-            || matches!(self.stop, Stop::Windup(_))
+            || matches!(self.stop, Stop::Windup(_) | Stop::Elastic { .. })
             || matches!(self.speed, Speed::Windup(_))
     }
 

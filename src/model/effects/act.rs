@@ -15,7 +15,7 @@ pub struct Motion<R> {
     pub speed: R,
     /// The sign in which it moves, or sets out to move, when the integration step begins; zero while it sticks.
     pub slip_direction: R,
-    /// The opening of the valve times the pressure drop over the reference one.
+    /// The opening of the valve times the pressure drop over the reference one, where [`Act::feels_load`] asks for it.
     pub load: R,
 }
 
@@ -100,6 +100,11 @@ pub trait Act<R: Real> {
     /// Whether a spool at rest feels the effect in its drive.
     fn pulls(&self) -> bool {
         false
+    }
+
+    /// Whether [`Motion::load`] counts; it is zero where nothing needs it.
+    fn feels_load(&self) -> bool {
+        true
     }
 
     /// What drives the spool, ż in command units per second.

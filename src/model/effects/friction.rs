@@ -94,6 +94,10 @@ impl<R: Real> Friction<R> {
 }
 
 impl<R: Real> Act<R> for Friction<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     fn sticks(&self) -> bool {
         true
     }
@@ -182,6 +186,10 @@ impl<R: Real> FrictionBehind<R> {
 }
 
 impl<R: Real> Act<R> for FrictionBehind<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn speed(&self, speed: R, motion: &Motion<R>) -> R {
         let held = self.coulomb / motion.time_constant;

@@ -106,6 +106,10 @@ impl<R: Real> HysteresisOfFeedback<R> {
 }
 
 impl<R: Real> Act<R> for HysteresisOfFeedback<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn reference(&self, own: &[R], command: R, spool: R, _stage: &Stage<R>) -> R {
         command + (spool - self.feedback(own[0], spool))

@@ -75,6 +75,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => Act::<R>::pulls(effect),)* Self::Own(users) => users.0.pulls() }
             }
             #[inline(always)]
+            fn feels_load(&self) -> bool {
+                match self { $(Self::$Type(effect) => Act::<R>::feels_load(effect),)* Self::Own(users) => users.0.feels_load() }
+            }
+            #[inline(always)]
             fn drive(&self, drive: R, motion: &Motion<R>) -> R {
                 match self { $(Self::$Type(effect) => effect.drive(drive, motion),)* Self::Own(users) => users.0.drive(drive, motion) }
             }
@@ -189,6 +193,7 @@ catalogue! {
     slew_limit::SlewLimitBehind = BEHIND,
     stroke_limit::StrokeLimitBehind = BEHIND,
     stroke_limit::StrokeLimitOfCommand = COMMAND,
+    stroke_limit::StrokeLimitElastic = ELASTIC,
     slew_limit::SlewLimitOfCommand = COMMAND,
     hysteresis::HysteresisOfFeedback = FEEDBACK,
     overlap::OverlapRounded = ROUNDED,

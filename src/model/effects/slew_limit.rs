@@ -57,6 +57,10 @@ impl<R: Real> SlewLimit<R> {
 }
 
 impl<R: Real> Act<R> for SlewLimit<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
         speed.clamp(-self.limit, self.limit)
@@ -96,6 +100,10 @@ impl<R: Real> SlewLimitBehind<R> {
 }
 
 impl<R: Real> Act<R> for SlewLimitBehind<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
         speed.clamp(-self.limit, self.limit)

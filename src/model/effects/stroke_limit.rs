@@ -3,7 +3,7 @@
 use super::entry;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Motion, Port, Scale};
-use crate::model::{Parameter, Real};
+use crate::model::{Pace, Parameter, Real};
 
 /// The parameter of each form, whose start is where there is no limit.
 fn limit(name: &str, scale: &Scale) -> Parameter {
@@ -50,6 +50,10 @@ impl<R: Real> StrokeLimit<R> {
 }
 
 impl<R: Real> Act<R> for StrokeLimit<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn place(&self, spool: R, _speed: R) -> R {
         spool.clamp(-self.limit, self.limit)
@@ -107,6 +111,10 @@ impl<R: Real> StrokeLimitBehind<R> {
 }
 
 impl<R: Real> Act<R> for StrokeLimitBehind<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn speed(&self, speed: R, motion: &Motion<R>) -> R {
         // Held is what stands exactly at the end: what passes it within a step is put there when that ends.
@@ -160,6 +168,63 @@ impl<R: Real> Act<R> for StrokeLimitOfCommand<R> {
     }
 }
 
+pub(super) const ELASTIC: Entry = Entry {
+    name: "stroke_limit~elastic",
+    summary: "The spool runs into an elastic stop, and the loop's integrator runs on",
+    finding: "the spool runs into a stop at {stroke_limit_elastic} that gives way",
+    equation: "dz/dt = K sat(u - x, S), dx/dt = (z - x)/T - stop_stiffness (x - clamp(x, ±stroke_limit_elastic))",
+    shows: "tops at large openings that still rise a little with what is asked for, and last longer than it",
+    confused: "stroke_limit~windup, whose stop does not give way",
+    source: "end stops with a spring or a cushion; a hard stop of a simulator, which has a stiffness",
+    parameters: |scale, _| {
+        vec![
+            limit("stroke_limit_elastic", scale),
+            Parameter::log("stop_stiffness", "1/s", 20.0, 500.0, 5000.0).paced(Pace::Rate),
+        ]
+    },
+    trials: |scale, _| {
+        let at = [0.9, 0.8, 0.7, 0.6, 0.5, 0.35];
+        let stiff = [200.0, 2000.0];
+        at.iter()
+            .flat_map(|share| stiff.map(|stiff| vec![share * scale.command, stiff]))
+            .collect()
+    },
+    ..ENTRY
+};
+
+/// The spool is pushed back from beyond its stop by a spring, and the integrator winds up.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct StrokeLimitElastic<R> {
+    limit: R,
+    stiffness: R,
+}
+
+impl<R: Real> StrokeLimitElastic<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            limit: next(),
+            stiffness: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for StrokeLimitElastic<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+        let beyond = motion.spool - motion.spool.clamp(-self.limit, self.limit);
+        speed - self.stiffness * beyond
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,6 +256,24 @@ mod tests {
         let expected = 1.5 - 0.5 * 0.05 * 5e-4 / 0.003;
         assert!((spool - expected).abs() < 1e-12 && (lead - spool + 0.05).abs() < 1e-12);
         assert_eq!(effect.end_step(1.2, 1.4, 50.0, &start, 1e-3), (1.2, 1.4));
+    }
+
+    #[test]
+    fn an_elastic_stop_pushes_back_from_beyond_it() {
+        let mut values = [1.5, 200.0].into_iter();
+        let effect: StrokeLimitElastic<f64> = StrokeLimitElastic::new(|| values.next().unwrap());
+        let speed = |spool| {
+            let at = Motion {
+                gain: 200.0,
+                time_constant: 0.003,
+                spool,
+                speed: 0.0,
+                slip_direction: 0.0,
+                load: 2.0,
+            };
+            effect.speed(50.0, &at)
+        };
+        assert_eq!([1.0, 2.0, -2.0].map(speed), [50.0, -50.0, 150.0]);
     }
 
     #[test]

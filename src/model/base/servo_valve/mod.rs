@@ -410,6 +410,15 @@ impl<R: Real> ServoValveEquations<R> {
         }
     }
 
+    /// The same of a spool on which what acts need not feel it.
+    #[inline(always)]
+    fn load_that_is_felt<P: Ports<R>>(&self, ports: &P, state: &[R], input: &Input<R>) -> R {
+        match ports.feels_load() {
+            true => self.load(&self.path(ports, state, input, false)),
+            false => R::constant(0.0),
+        }
+    }
+
     /// The spool where its drive, with what pulls it, is zero: by the secant method.
     #[inline(always)]
     fn spool_at_rest<P: Ports<R>>(
@@ -537,19 +546,21 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             #[inline(always)]
             || {
                 let with_flow = self.piston_speed.is_some() || ports.follows_flow();
-                let path = self.path(ports, state, input, with_flow);
                 if let Some(actuator) = &self.actuator {
                     let (drive, speed) = rates(ports, actuator, state, input, stage);
-                    let load = self.load(&path);
+                    let load = self.load_that_is_felt(ports, state, input);
                     let motion = motion(actuator, state[SPOOL], speed, load, stage.slip_direction);
                     let drive = ports.corrected_drive(drive, actuator.gain(), state[SPOOL], speed);
                     slope[INTEGRATOR] = ports.drive(drive, &motion);
                     slope[SPOOL] = ports.speed(speed, &motion);
                 }
-                if let Some(speed) = self.piston_speed {
-                    *self.position(slope) = speed * path.load;
+                if with_flow {
+                    let path = self.path(ports, state, input, true);
+                    if let Some(speed) = self.piston_speed {
+                        *self.position(slope) = speed * path.load;
+                    }
+                    ports.drawn(state, path.drawn, slope);
                 }
-                ports.drawn(state, path.drawn, slope);
             },
         );
     }
@@ -607,10 +618,10 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             Some(actuator) if ports.sticks() => P::outlined(
                 #[inline(always)]
                 || {
-                    let path = self.path(ports, state, input, false);
+                    let load = self.load_that_is_felt(ports, state, input);
                     let stage = Stage::first(input.command);
                     let (drive, speed) = rates(ports, actuator, state, input, &stage);
-                    let motion = motion(actuator, state[SPOOL], speed, self.load(&path), zero);
+                    let motion = motion(actuator, state[SPOOL], speed, load, zero);
                     ports.slip_direction(drive, motion)
                 },
             ),
@@ -642,11 +653,10 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         };
         let (_, speed) = rates(ports, actuator, before, start, &Stage::first(start.command));
         let (drive, _) = rates(ports, actuator, state, end, &stage);
-        let earlier = self.path(ports, before, start, false);
-        let path = self.path(ports, state, end, false);
-        let began = self.load(&earlier);
-        let began = motion(actuator, before[SPOOL], speed, began, slip_direction);
-        let rests = motion(actuator, state[SPOOL], zero, self.load(&path), zero);
+        let earlier = self.load_that_is_felt(ports, before, start);
+        let later = self.load_that_is_felt(ports, state, end);
+        let began = motion(actuator, before[SPOOL], speed, earlier, slip_direction);
+        let rests = motion(actuator, state[SPOOL], zero, later, zero);
         (state[INTEGRATOR], state[SPOOL]) =
             ports.end_step(state[INTEGRATOR], state[SPOOL], drive, &began, &rests, step);
         ports.remember(state, end.command, state[SPOOL], &stage);

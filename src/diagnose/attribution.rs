@@ -28,6 +28,9 @@ const REFITTED: (usize, usize) = (8, 4);
 const TOLD_APART: f64 = 3.0;
 /// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
 const SAME_COST: f64 = 0.003;
+/// Of two models that one is no longer taken for the other whose held-out cost is so many times as large, however few events make
+/// the difference.
+const ALIKE: f64 = 2.0;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
 const LEFT_OPEN: f64 = 1.3;
@@ -448,7 +451,10 @@ impl<'a, 'b> Selection<'a, 'b> {
 
     /// Whether the rows cannot tell which of two models is better.
     fn same(&self, first: &Model, second: &Model) -> bool {
-        !self.surely_better(first, second) && !self.surely_better(second, first)
+        let [one, other] = [first, second].map(|model| model.loss(Side::HoldOut));
+        one.max(other) < ALIKE * one.min(other)
+            && !self.surely_better(first, second)
+            && !self.surely_better(second, first)
     }
 
     /// The model with the lowest held-out error; of those that cannot be told from it the one with fewest parameters.

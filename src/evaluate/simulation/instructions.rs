@@ -45,3 +45,32 @@ pub(in crate::evaluate) fn with_short_vectors<T: WithSimd>(task: T) -> T::Output
     }
     task.with_simd(Scalar::new())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Real;
+    use crate::model::real::Dual;
+    use pulp::Simd;
+
+    /// The bits of a value and of its derivatives with respect to two parameters.
+    struct Bits;
+
+    impl WithSimd for Bits {
+        type Output = Vec<u64>;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, _: S) -> Vec<u64> {
+            let (a, b) = (Dual::<S>::variable(0.7, 0), Dual::<S>::variable(-1.3, 1));
+            let c = Dual::constant(0.1);
+            let sum = (a * b - c) / (b + a.sqrt()) + (-b).max(a) * a.decay();
+            let all = [&[sum.value], &sum.gradient()[..2]].concat();
+            all.into_iter().map(f64::to_bits).collect()
+        }
+    }
+
+    #[test]
+    fn sensitivities_have_the_same_bits_under_all_instructions() {
+        assert_eq!(with_short_vectors(Bits), Bits.with_simd(Scalar::new()));
+    }
+}

@@ -229,6 +229,17 @@ impl<R: Real> Act<R> for StrokeLimitElastic<R> {
 mod tests {
     use super::*;
 
+    fn at(spool: f64) -> Motion<f64> {
+        Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool,
+            speed: 0.0,
+            slip_direction: 0.0,
+            load: 2.0,
+        }
+    }
+
     #[test]
     fn the_amplifier_clamps_the_command() {
         let mut values = [1.5].into_iter();
@@ -242,14 +253,7 @@ mod tests {
     fn it_stops_where_it_meets_the_end() {
         let mut values = [1.5].into_iter();
         let effect: StrokeLimit<f64> = StrokeLimit::new(|| values.next().unwrap());
-        let start = Motion {
-            gain: 200.0,
-            time_constant: 0.003,
-            spool: 1.0,
-            speed: 0.0,
-            slip_direction: 0.0,
-            load: 2.0,
-        };
+        let start = at(1.0);
         // Pushed on it stays; pulled back by 100 V/s for half the step it leaves.
         assert_eq!(effect.end_step(4.0, 2.0, 50.0, &start, 1e-3), (1.5, 1.5));
         let (lead, spool) = effect.end_step(4.0, 2.0, -100.0, &start, 1e-3);
@@ -262,17 +266,7 @@ mod tests {
     fn an_elastic_stop_pushes_back_from_beyond_it() {
         let mut values = [1.5, 200.0].into_iter();
         let effect: StrokeLimitElastic<f64> = StrokeLimitElastic::new(|| values.next().unwrap());
-        let speed = |spool| {
-            let at = Motion {
-                gain: 200.0,
-                time_constant: 0.003,
-                spool,
-                speed: 0.0,
-                slip_direction: 0.0,
-                load: 2.0,
-            };
-            effect.speed(50.0, &at)
-        };
+        let speed = |spool| effect.speed(50.0, &at(spool));
         assert_eq!([1.0, 2.0, -2.0].map(speed), [50.0, -50.0, 150.0]);
     }
 
@@ -280,14 +274,6 @@ mod tests {
     fn behind_the_integrator_it_stops_the_spool_alone() {
         let mut values = [1.5].into_iter();
         let effect: StrokeLimitBehind<f64> = StrokeLimitBehind::new(|| values.next().unwrap());
-        let at = |spool| Motion {
-            gain: 200.0,
-            time_constant: 0.003,
-            spool,
-            speed: 0.0,
-            slip_direction: 0.0,
-            load: 2.0,
-        };
         let speed = |speed, spool| effect.speed(speed, &at(spool));
         assert_eq!(
             [speed(50.0, 1.5), speed(-50.0, 1.5), speed(50.0, 1.4)],

@@ -546,16 +546,23 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             #[inline(always)]
             || {
                 let with_flow = self.piston_speed.is_some() || ports.follows_flow();
+                // Once for both: what acts on the spool, and what follows the flow.
+                let path = match with_flow || ports.feels_load() {
+                    true => Some(self.path(ports, state, input, with_flow)),
+                    false => None,
+                };
                 if let Some(actuator) = &self.actuator {
                     let (drive, speed) = rates(ports, actuator, state, input, stage);
-                    let load = self.load_that_is_felt(ports, state, input);
+                    let load = match &path {
+                        Some(path) => self.load(path),
+                        None => R::constant(0.0),
+                    };
                     let motion = motion(actuator, state[SPOOL], speed, load, stage.slip_direction);
                     let drive = ports.corrected_drive(drive, actuator.gain(), state[SPOOL], speed);
                     slope[INTEGRATOR] = ports.drive(drive, &motion);
                     slope[SPOOL] = ports.speed(speed, &motion);
                 }
-                if with_flow {
-                    let path = self.path(ports, state, input, true);
+                if let Some(path) = &path {
                     if let Some(speed) = self.piston_speed {
                         *self.position(slope) = speed * path.load;
                     }

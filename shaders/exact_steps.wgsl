@@ -24,33 +24,39 @@ var<private> known: Stride;
 
 // What comes before the rows from number `begin` on.
 fn depart(plant: Plant, record: Series, begin: u32) {
-    known = stride_of(plant, samples[record.first + begin].exact_step);
+    let first = samples[record.first + begin];
+    known = stride_of(plant, select(first.exact_step, first.step, FILTERED));
 }
 
 // Moves the spool from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
 fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
     let sample = samples[record.first + k];
-    let exact_steps = sample.exact_steps;
-    let length = sample.exact_step;
+    // What filters an output follows it in integration steps.
+    let count = select(sample.exact_steps, sample.substeps, FILTERED);
+    let length = select(sample.exact_step, sample.step, FILTERED);
     var state = before;
     if (DELAYED) {
-        var acts = input.command;
+        var now = input;
         var late = command_of(record, acting);
         var begin = 0.0;
         for (var piece = 0u; piece < sample.pieces; piece++) {
             let row = acting + i32(piece);
             var end = length;
             if (piece + 1u < sample.pieces) {
-                end = length - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / f32(exact_steps));
+                end = length - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / f32(count));
             }
             if (piece > 0u) {
                 late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
-                acts = command(plant, state, late);
+                now.command = command(plant, state, late);
                 state = remember(plant, state, late);
             }
             let stride = stride_of(plant, end - begin);
-            for (var j = 0u; j < exact_steps; j++) {
-                state = one_exact_step(plant, stride, state, acts, 0.0);
+            for (var j = 0u; j < count; j++) {
+                let old = state;
+                state = one_exact_step(plant, stride, old, now.command, 0.0);
+                if (FILTERED) {
+                    state = follow(plant, old, state, now, now, stride.length);
+                }
             }
             begin = end;
         }
@@ -61,12 +67,23 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
         known = stride_of(plant, length);
     }
     var ramp = 0.0;
+    var next = input;
     if (INTERPOLATED) {
-        let next = samples[record.first + k + 1u].input.command;
-        ramp = (next - sample.input.command) / (length * f32(exact_steps));
+        next = samples[record.first + k + 1u].input;
+        ramp = (next.command - sample.input.command) / (length * f32(count));
     }
-    for (var j = 0u; j < exact_steps; j++) {
-        state = one_exact_step(plant, known, state, input.command + ramp * (length * f32(j)), ramp);
+    var start = input;
+    for (var j = 0u; j < count; j++) {
+        let old = state;
+        state = one_exact_step(plant, known, old, input.command + ramp * (length * f32(j)), ramp);
+        if (FILTERED) {
+            var end = input;
+            if (INTERPOLATED) {
+                end = between(sample.input, next, f32(j + 1u) / f32(count));
+            }
+            state = follow(plant, old, state, start, end, known.length);
+            start = end;
+        }
     }
     return state;
 }

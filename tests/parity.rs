@@ -539,8 +539,9 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
     };
     let late = "delay, trial 2, Held, uneven";
     let between = "delay, trial 3, Interpolated, uneven";
+    let filters = "compressibility.flow + line_resonance.flow, trial 1, Interpolated, even";
     let faults = [
-        (late, "0.0) * (1.0 / f32(exact_steps))", "0.0)"),
+        (late, "0.0) * (1.0 / f32(count))", "0.0)"),
         (
             late,
             "select(late, command_of(record, row),",
@@ -574,10 +575,28 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
             "one.command = command(plant, state, arrived);",
             "",
         ),
+        (
+            filters,
+            "start, end, known.length",
+            "start, start, known.length",
+        ),
+        (filters, "f32(j + 1u) / f32(count)", "f32(j) / f32(count)"),
+        (
+            filters,
+            "known.length);\n            start = end;",
+            "known.length);",
+        ),
+        (
+            "delay + hysteresis + overlap + sensor_lag.flow, trial 0, Held, even",
+            "state = follow(plant, old, state, now, now, stride.length);",
+            "",
+        ),
     ];
     let cases = common::effects::cases();
     for (name, right, wrong) in faults {
         let (_, problem) = cases.iter().find(|case| case.0 == name).expect("a case");
+        // A filter sees more than the rows only where there are several steps from one to the next.
+        let problem = &problem.refined(if name == filters { 3 } else { 1 });
         let population = witnesses(problem);
         let reference = on_cpu(Precision::F32, problem, &population);
         let shader = wgsl::compose(problem);

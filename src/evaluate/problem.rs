@@ -128,6 +128,12 @@ impl Problem {
         self.structure.has_exact_steps() && matches!(*self.data, Data::Series(_))
     }
 
+    /// Length (s) and number of the parts into which it cuts the interval from `sample` to the next row: what filters an output
+    /// follows it in integration steps.
+    pub fn parts(&self, sample: &Sample) -> (f64, u32) {
+        sample.parts(self.has_exact_steps() && !self.structure.filters())
+    }
+
     /// Whether all rows of all records are equally far apart, so that all exact steps are alike.
     pub fn is_even(&self) -> bool {
         let Data::Series(all) = &*self.data else {
@@ -137,19 +143,18 @@ impl Problem {
         let mut parts = all
             .iter()
             .flat_map(|one| &one.samples[..intervals(one)])
-            .map(|sample| sample.parts(true));
+            .map(|sample| self.parts(sample));
         let first = parts.next();
         parts.all(|part| Some(part) == first)
     }
 
     /// Integration steps, or exact steps, that one candidate takes on all the data.
     pub fn steps(&self) -> u64 {
-        let exact_steps = self.has_exact_steps();
         match &*self.data {
             Data::Series(all) => all
                 .iter()
                 .flat_map(|s| &s.samples)
-                .map(|s| u64::from(s.parts(exact_steps).1))
+                .map(|s| u64::from(self.parts(s).1))
                 .sum(),
             Data::Tones(tones) => tones
                 .iter()

@@ -101,6 +101,7 @@ fn constants(model: &Model, exact_steps: bool) -> String {
         "/* Whether inputs go straight from one communication point to the next, instead of being held. */\n\
          #define INTERPOLATED {}\n/* Whether the command arrives late. */\n#define DELAYED {}\n\
          /* Whether the spool moves in exact steps, or in integration steps. */\n#define EXACT_STEPS {}\n\
+         /* Whether something filters an output, which it follows in integration steps. */\n#define FILTERED {}\n\
          /* The fastest rate inside the bounds of the parameters, 1/s, and which share of its time a step lasts. */\n\
          #define FASTEST_RATE {rate:?}\n#define STEP_FRACTION {STEP_FRACTION:?}\n\
          #define STEPS_OF_AN_EXACT_STEP {STEPS_OF_AN_EXACT_STEP}u\n#define MOST_PARTS {MOST_PARTS}u\n\
@@ -109,6 +110,7 @@ fn constants(model: &Model, exact_steps: bool) -> String {
         flag(structure.hold == Hold::Interpolated),
         flag(structure.delays()),
         flag(exact_steps),
+        flag(structure.filters()),
     )
 }
 

@@ -60,6 +60,16 @@ pub trait Dynamics<R: Real> {
     ) {
     }
 
+    /// What the filters of outputs follow; `None` where nothing filters an output.
+    #[inline(always)]
+    fn unfiltered(&self, _state: &[R], _input: &Input<R>) -> Option<Shown<R>> {
+        None
+    }
+
+    /// What filters an output follows it for `step` seconds, straight from what was to what is.
+    #[inline(always)]
+    fn filter(&self, _state: &mut [R], _course: [&Shown<R>; 2], _step: R) {}
+
     /// The outputs; those that are not observed are zero.
     fn observe(&self, state: &[R], input: &Input<R>) -> Outputs<R>;
 
@@ -136,9 +146,7 @@ impl<R: Real> Plant<R> {
         let mut given = Given::new(values);
         let base = BaseEquations::new(structure, &mut given);
         let states = structure.base_states().len();
-        let filtering = structure.effects.iter();
-        let filtering = filtering.filter(|effect| !effect.entry.states.is_empty());
-        let mut filtered = filtering.filter_map(|effect| effect.output);
+        let mut filtered = structure.filtered();
         Self {
             base,
             attached: Attached::new(structure, states, &mut || given.next_value()),
@@ -271,19 +279,36 @@ impl<R: Real> Dynamics<R> for Plant<R> {
                 each_base!(BaseEquations, &self.base, base => {
                     base.end_step(&self.attached, before, state, inputs, slip_direction, step);
                 });
-                let (any, flow) = self.filters;
-                if !any {
-                    return;
+                if let Some(earlier) = self.unfiltered(before, inputs[0])
+                    && let Some(later) = self.unfiltered(state, inputs[1])
+                {
+                    self.filter(state, [&earlier, &later], step);
                 }
-                let earlier = self.shown(before, inputs[0], flow);
-                let later = self.shown(state, inputs[1], flow);
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn unfiltered(&self, state: &[R], input: &Input<R>) -> Option<Shown<R>> {
+        let (any, flow) = self.filters;
+        match any {
+            true => Some(self.shown(state, input, flow)),
+            false => None,
+        }
+    }
+
+    #[inline(always)]
+    fn filter(&self, state: &mut [R], [earlier, later]: [&Shown<R>; 2], step: R) {
+        R::outlined(
+            #[inline(always)]
+            || {
                 for output in Output::ALL {
                     let (mut old, mut new) = (earlier.outputs[output], later.outputs[output]);
                     for effect in self.attached.on(output) {
                         let own = &mut state[effect.states.clone()];
-                        effect.action.filter(own, old, new, step);
-                        let own_before = &before[effect.states.clone()];
-                        old = effect.action.measure(own_before, old, &earlier.moment);
+                        let value = old;
+                        old = effect.action.measure(own, value, &earlier.moment);
+                        effect.action.filter(own, value, new, step);
                         new = effect.action.measure(own, new, &later.moment);
                     }
                 }

@@ -238,13 +238,25 @@ impl Structure {
         nothing && self.servo_valve().is_some()
     }
 
-    /// Whether the spool can be moved in exact steps (see [`exact_step`](super::exact_step)): nothing else moves, and nothing acts on
-    /// how it moves but a command that is constant or goes straight.
+    /// The outputs that something filters.
+    pub(super) fn filtered(&self) -> impl Iterator<Item = Output> + Clone {
+        let effects = self.effects.iter();
+        let filters = effects.filter(|effect| !effect.entry.states.is_empty());
+        filters.filter_map(|effect| effect.output)
+    }
+
+    /// Whether something filters an output: it follows that in integration steps, also where the spool moves in exact ones.
+    pub fn filters(&self) -> bool {
+        self.filtered().next().is_some()
+    }
+
+    /// Whether the spool can be moved in exact steps (see [`exact_step`](super::exact_step)): nothing acts on how it moves but a
+    /// command that is constant or goes straight, and nothing else moves but what filters an output.
     pub fn has_exact_steps(&self) -> bool {
         let still = |effect: &Effect| match effect.entry.port {
             Port::Command => self.hold == Hold::Held,
             Port::Actuator => false,
-            _ => effect.entry.states.is_empty(),
+            _ => effect.output.is_some() || effect.entry.states.is_empty(),
         };
         let correction = |form: &FreeForm| match form.port {
             Port::Command => self.hold == Hold::Held,

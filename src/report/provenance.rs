@@ -186,15 +186,15 @@ pub fn now() -> String {
 
 /// The time so many seconds after 1970 began.
 fn date(seconds: u64) -> String {
-    let exact_step =
+    let is_leap =
         |year: u64| year.is_multiple_of(400) || year.is_multiple_of(4) && !year.is_multiple_of(100);
     let (mut days, rest) = (seconds / 86_400, seconds % 86_400);
     let mut year = 1970;
-    while days >= 365 + u64::from(exact_step(year)) {
-        days -= 365 + u64::from(exact_step(year));
+    while days >= 365 + u64::from(is_leap(year)) {
+        days -= 365 + u64::from(is_leap(year));
         year += 1;
     }
-    let february = 28 + u64::from(exact_step(year));
+    let february = 28 + u64::from(is_leap(year));
     let mut month = 1;
     for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30] {
         if days < length {

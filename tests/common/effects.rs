@@ -212,15 +212,26 @@ pub(crate) fn cases() -> Vec<(String, Problem)> {
             }
         }
     }
-    for texts in [
-        &["delay", "hysteresis", "overlap", "sensor_lag.flow"][..],
-        &["friction", "stroke_limit", "flow_force"],
-        &[
-            "supply_droop",
-            "line_resonance.flow",
-            "periodic_disturbance.spool",
-            "viscosity_drift",
-        ],
+    for (base, texts) in [
+        (
+            bench(),
+            &["delay", "hysteresis", "overlap", "sensor_lag.flow"][..],
+        ),
+        (bench(), &["friction", "stroke_limit", "flow_force"]),
+        (
+            bench(),
+            &[
+                "supply_droop",
+                "line_resonance.flow",
+                "periodic_disturbance.spool",
+                "viscosity_drift",
+            ],
+        ),
+        // What filters the flow sees how the pressure goes between two rows.
+        (
+            pressure_line(),
+            &["compressibility.flow", "line_resonance.flow"],
+        ),
     ] {
         let effects: Vec<Effect> = texts
             .iter()
@@ -228,10 +239,10 @@ pub(crate) fn cases() -> Vec<(String, Problem)> {
             .collect();
         let scale = Scale {
             temperature: true,
-            ..scale(&bench())
+            ..scale(&base)
         };
         for (number, kind) in kinds.into_iter().enumerate() {
-            add(&bench(), &effects, &scale, number.min(1), kind);
+            add(&base, &effects, &scale, number.min(1), kind);
         }
     }
     cases

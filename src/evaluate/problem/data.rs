@@ -27,11 +27,11 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Length (s) and number of the parts into which a structure with exact steps, or one without, cuts the interval to
-    /// the next row.
+    /// Length (s) and number of the parts into which the interval to the next row is cut: as long as exact steps may be, or as
+    /// integration steps.
     #[inline(always)]
-    pub fn parts(&self, exact_steps: bool) -> (f64, u32) {
-        match exact_steps {
+    pub fn parts(&self, long: bool) -> (f64, u32) {
+        match long {
             false => (self.step, self.substeps),
             // After the last row nothing comes.
             true if self.substeps == 0 => (0.0, 0),

@@ -3,8 +3,9 @@
 use crate::evaluate::problem::Sample;
 use crate::evaluate::simulation::transport_delay::TransportDelay;
 use crate::model::actuator::Actuator;
+use crate::model::base::Shown;
 use crate::model::exact_step::{MOST_PARTS, Place, Stride};
-use crate::model::{Dynamics, Valued};
+use crate::model::{Dynamics, Input, Real, Valued};
 
 /// Moves the spool of `state` by one exact step, in which the command begins at `command` and changes by `ramp` a second.
 #[inline(always)]
@@ -45,54 +46,87 @@ fn exact_step<R: Valued>(
     (state[0], state[1]) = (place.integrator, place.spool);
 }
 
-/// Moves the spool from one row to the next, in exact steps of `stride`. Where the command is interpolated, `change` is its
-/// change from row to row.
+/// Moves the spool from one row to the next, in `count` exact steps of `stride`, each of `length` seconds. `input` is what acts
+/// at the row; where it is interpolated, it goes `straight` from that of one sample to that of the other.
 #[allow(
     clippy::manual_map,
     reason = "a closure is not always inlined, and only what is inlined is compiled for wide vectors"
 )]
 #[inline(always)]
 pub(in crate::evaluate) fn travel<R: Valued, D: Dynamics<R>>(
+    plant: &D,
     actuator: &Actuator<R>,
     stride: &Stride<R>,
     state: &mut [R],
-    command: R,
-    change: Option<f64>,
-    sample: &Sample,
+    input: &Input<R>,
+    (length, count): (f64, u32),
+    straight: Option<[&Sample; 2]>,
 ) {
     D::outlined(
         #[inline(always)]
         || {
-            let (length, count) = sample.parts(true);
-            let ramp = change.map(|change| change / (length * f64::from(count)));
+            let ramp = match straight {
+                None => None,
+                Some([from, to]) => {
+                    let change = to.input.command - from.input.command;
+                    Some(change / (length * f64::from(count)))
+                }
+            };
+            let mut course = plant.unfiltered(state, input);
             for j in 0..count {
                 let now = match ramp {
-                    None => command,
-                    Some(ramp) => command + R::constant(ramp * length * f64::from(j)),
+                    None => input.command,
+                    Some(ramp) => input.command + R::constant(ramp * length * f64::from(j)),
                 };
                 let ramp = match ramp {
                     None => None,
                     Some(ramp) => Some(R::constant(ramp)),
                 };
                 exact_step(actuator, stride, state, now, ramp);
+                let end = match straight {
+                    None => *input,
+                    Some([from, to]) => {
+                        let share = f64::from(j + 1) / f64::from(count);
+                        Input::between(&from.input, &to.input, R::constant(share))
+                    }
+                };
+                follow(plant, state, &mut course, &end, stride.length);
             }
         },
     );
 }
 
-/// The same while held commands arrive late; `command` is the one that acts at the row.
+/// What filters an output follows a step of `length` seconds to where `input` acts; `course` is how far it has come.
+#[inline(always)]
+fn follow<R: Real, D: Dynamics<R>>(
+    plant: &D,
+    state: &mut [R],
+    course: &mut Option<Shown<R>>,
+    input: &Input<R>,
+    length: R,
+) {
+    if let Some(earlier) = course
+        && let Some(later) = plant.unfiltered(state, input)
+    {
+        plant.filter(state, [earlier, &later], length);
+        *earlier = later;
+    }
+}
+
+/// The same while held commands arrive late; the command of `input` is the one that acts at the row.
 #[inline(always)]
 pub(in crate::evaluate) fn travel_late<R: Valued, D: Dynamics<R>>(
     plant: &D,
     actuator: &Actuator<R>,
     state: &mut [R],
-    command: R,
-    sample: &Sample,
+    input: Input<R>,
+    parts: (f64, u32),
+    pieces: u32,
     delayed: TransportDelay<R>,
 ) {
     R::outlined(
         #[inline(always)]
-        || travel_late_inline(plant, actuator, state, command, sample, delayed),
+        || travel_late_inline(plant, actuator, state, input, parts, pieces, delayed),
     );
 }
 
@@ -101,26 +135,28 @@ fn travel_late_inline<R: Valued, D: Dynamics<R>>(
     plant: &D,
     actuator: &Actuator<R>,
     state: &mut [R],
-    mut command: R,
-    sample: &Sample,
+    mut input: Input<R>,
+    (length, count): (f64, u32),
+    pieces: u32,
     delayed: TransportDelay<R>,
 ) {
-    let (length, count) = sample.parts(true);
     let whole = R::constant(length);
     let mut begin = R::constant(0.0);
     let mut late = delayed.held();
-    for piece in 0..sample.pieces as usize {
-        let end = match piece + 1 == sample.pieces as usize {
+    let mut course = plant.unfiltered(state, &input);
+    for piece in 0..pieces as usize {
+        let end = match piece + 1 == pieces as usize {
             true => whole,
             false => delayed.end(piece, count, whole),
         };
         if piece > 0 {
             late = delayed.held_in(piece, late);
-            command = plant.command(state, late);
+            input.command = plant.command(state, late);
         }
         let stride = actuator.stride(end - begin);
         for _ in 0..count {
-            exact_step(actuator, &stride, state, command, None);
+            exact_step(actuator, &stride, state, input.command, None);
+            follow(plant, state, &mut course, &input, stride.length);
         }
         begin = end;
     }

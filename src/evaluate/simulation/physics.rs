@@ -53,8 +53,8 @@ pub struct Physics {
     pub trace: Trace,
     /// The names of the states; one that is not used where there are none.
     pub states: Vec<String>,
-    /// `initial`, `command`, `remember`, `delay`, `observe` and `advance`; `stride_of`, `exact_step` and `turn` where the spool
-    /// moves in exact steps; `derivative`.
+    /// `initial`, `command`, `remember`, `delay`, `observe` and `advance`; `stride_of`, `exact_step`, `turn` and `follow` where
+    /// the spool moves in exact steps; `derivative`.
     pub functions: Vec<Function>,
     /// Whether the derivative says all about the states: none remembers a command, none is set where a step ends.
     pub smooth: bool,
@@ -103,10 +103,7 @@ fn traced(
     trace.seal();
 
     let input = |name: &str| Input::from_names(|field| trace.read(format!("{name}.{field}")));
-    let mut state = [Traced::constant(0.0); MOST_STATES];
-    for (i, name) in names.iter().enumerate() {
-        state[i] = trace.read(format!("state.{name}"));
-    }
+    let state = state_of("state", &names, trace);
     let now = input("input");
     let position = trace.read("position");
     let step = trace.read("step");
@@ -182,6 +179,12 @@ fn traced(
     ];
     if exact_steps {
         let [stride, exact_step, turn] = exact_steps_of(trace, structure, &plant);
+        let mut after = state_of("after", &names, trace);
+        let course = [(&state, "start"), (&after, "end")]
+            .map(|(state, when)| plant.unfiltered(state, &input(when)));
+        if let [Some(earlier), Some(later)] = &course {
+            plant.filter(&mut after, [earlier, later], step);
+        }
         const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];
         functions.extend([
             function(
@@ -209,6 +212,19 @@ fn traced(
                 Kind::ExactStep,
                 turn,
             ),
+            function(
+                "follow",
+                &[
+                    PLANT,
+                    STATE,
+                    ("after", Kind::State),
+                    ("start", Kind::Input),
+                    ("end", Kind::Input),
+                    ("step", Kind::Real),
+                ],
+                Kind::State,
+                padded(after),
+            ),
         ]);
     }
     let slip_direction = plant.slip_direction(&state, &now);
@@ -223,13 +239,19 @@ fn traced(
         Kind::State,
         padded(slope),
     ));
-    let mut after = [Traced::constant(0.0); MOST_STATES];
-    for (i, name) in names.iter().enumerate() {
-        after[i] = trace.read(format!("after.{name}"));
-    }
+    let after = state_of("after", &names, trace);
     let mut settled = after;
     plant.end_step(&state, &mut settled, [&now, &now], slip_direction, step);
     (functions, remembered == state && settled == after)
+}
+
+/// The states, read from the fields `names` of `argument`.
+fn state_of(argument: &str, names: &[String], trace: &Trace) -> [Traced; MOST_STATES] {
+    let mut state = [Traced::constant(0.0); MOST_STATES];
+    for (own, name) in state.iter_mut().zip(names) {
+        *own = trace.read(format!("{argument}.{name}"));
+    }
+    state
 }
 
 /// The results of `stride_of`, `exact_step` and `turn`.

@@ -57,6 +57,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
     let mut state: [R; N] = plant.initial(&input, &measured);
     let delay = plant.delay();
     let exact_steps = plant.exact_step::<N>(structure);
+    let long = !structure.filters();
     let mut stride = None;
     for (k, sample) in samples.iter().enumerate() {
         #[allow(
@@ -81,14 +82,24 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
         };
         match (delayed, exact_steps) {
             (Some(delayed), Some(actuator)) if D::DELAYS => {
-                travel_late(plant, actuator, &mut state, input.command, sample, delayed);
+                let parts = sample.parts(long);
+                travel_late(
+                    plant,
+                    actuator,
+                    &mut state,
+                    input,
+                    parts,
+                    sample.pieces,
+                    delayed,
+                );
             }
             (Some(delayed), None) if D::DELAYS => {
                 interval(structure, plant, &mut state, input, [sample, next], delayed);
             }
             (Some(_), _) => unreachable!("nothing delays"),
             (None, Some(actuator)) => {
-                let (length, _) = sample.parts(true);
+                let parts = sample.parts(long);
+                let length = parts.0;
                 let known = match &stride {
                     Some((known, _)) => *known == length,
                     None => false,
@@ -100,9 +111,8 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
                 let Some((_, stride)) = &stride else {
                     unreachable!("just set")
                 };
-                let change = (structure.hold == Hold::Interpolated)
-                    .then_some(next.input.command - sample.input.command);
-                travel::<R, D>(actuator, stride, &mut state, input.command, change, sample);
+                let straight = (structure.hold == Hold::Interpolated).then_some([sample, next]);
+                travel(plant, actuator, stride, &mut state, &input, parts, straight);
             }
             (None, None) => {
                 let step = R::constant(sample.step);

@@ -132,10 +132,18 @@ static void run(Model *model, Given first, double now, double begin, double seco
     unsigned j;
 #if EXACT_STEPS
     double ramp = INTERPOLATED ? (to.command - from.command) / seconds : 0.0;
+    Input start = from;
     if (model->stride.length != step)
         model->stride = stride_of(model->plant, step);
-    for (j = 0; j < count; j++)
+    for (j = 0; j < count; j++) {
+        State before = model->state;
         one_exact_step(model, model->stride, from.command + ramp * (step * j), ramp);
+        if (FILTERED) {
+            Input end = INTERPOLATED ? between(from, to, (j + 1.0) / count) : from;
+            model->state = follow(model->plant, before, model->state, start, end, step);
+            start = end;
+        }
+    }
     (void)first, (void)now, (void)begin;
 #else
     for (j = 0; j < count; j++) {
@@ -168,7 +176,7 @@ static int travel(Model *model, Input from, Input to, double now, double seconds
     if (fabs(step / model->step - 1.0) < JITTER)
         step = model->step;
     model->step = step;
-    if (EXACT_STEPS) {
+    if (EXACT_STEPS && !FILTERED) {
         unsigned exact_steps = (count + STEPS_OF_AN_EXACT_STEP - 1) / STEPS_OF_AN_EXACT_STEP;
         step = step * count / exact_steps;
         count = exact_steps;

@@ -72,7 +72,7 @@ fn around(rounds: u32, inner: u64) -> u64 {
 
 /// Rounds from one row to the next, as `shaders` has its loops, where every exact step is cut into `parts`.
 fn of_row(problem: &Problem, row: &Sample, parts: u32) -> u64 {
-    let (_, exact_steps) = row.parts(true);
+    let (_, exact_steps) = problem.parts(row);
     let to_next = match (problem.has_exact_steps(), problem.interpolates()) {
         (true, _) => around(exact_steps, around(parts, 0)),
         (false, true) => around(row.substeps, around(3, 0)),

@@ -94,6 +94,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "stroke_limit~windup",
         "stroke_limit~command",
         "stroke_limit~elastic",
+        "slew_limit~rounded",
         "friction",
         "flow_force",
         "stroke_limit",
@@ -420,7 +421,7 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 43] = [
+const TWINS: [Twin; 44] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -440,6 +441,11 @@ const TWINS: [Twin; 43] = [
         "slew_limit~windup=200",
         "slew_limit~windup",
         &[("slew_limit_windup", 200.0)],
+    ),
+    (
+        "slew_limit~rounded=200:bend=0.7",
+        "slew_limit~rounded",
+        &[("slew_limit_rounded", 200.0), ("slew_rounding", 0.7)],
     ),
     (
         "slew_limit~command=150",

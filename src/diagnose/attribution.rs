@@ -335,7 +335,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         let first: Vec<Problem> = plausible.iter().map(first).collect();
         let (found, evaluations) =
             self.evidence
-                .searched(&first, self.method, None, self.evaluator, &mut |done| {
+                .searched(&first, self.method, self.evaluator, &mut |done| {
                     self.stage.generation(done)
                 })?;
         self.evaluations += evaluations;

@@ -326,34 +326,22 @@ impl Evidence {
             .collect()
     }
 
-    /// Searches by `method` for each problem, all at once: where `start` says, or around the problem's own. Returns the problems,
-    /// starting at the best that was found, and the candidates evaluated.
+    /// Searches by `method` around the start of each problem, all at once. Returns the problems, starting at the best that was
+    /// found, and the candidates evaluated.
     pub(super) fn searched(
         &self,
         problems: &[Problem],
         method: &dyn Method,
-        start: Option<search::Start>,
         evaluator: &mut dyn Evaluator,
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<(Vec<Problem>, usize)> {
-        let mut searches = Vec::new();
-        for problem in problems {
-            let own = || search::Start::From(problem.start());
-            let start = start.clone().unwrap_or_else(own);
-            searches.push(RunningSearch::begin(problem, method, start, self.seed)?);
-        }
-        run_in_lockstep(&mut searches, evaluator, progress)?;
-        let evaluations = searches.iter().map(|one| one.search.evaluations()).sum();
-        let found = |RunningSearch { problem, search }: RunningSearch| {
-            let mut found = problem.clone();
-            let best = search.best().0;
-            let cost = |free: &[f64]| reference::cost(problem, free).unwrap_or(f64::INFINITY);
-            if cost(best) < cost(&problem.start()) {
-                set_start(&mut found, best);
-            }
-            found
+        let begin = |problem| {
+            let own = || search::Start::From(Problem::start(problem));
+            RunningSearch::begin(problem, method, own(), self.seed)
         };
-        Ok((searches.into_par_iter().map(found).collect(), evaluations))
+        let mut searches = problems.iter().map(begin).collect::<Result<Vec<_>>>()?;
+        run_in_lockstep(&mut searches, evaluator, progress)?;
+        Ok(found(searches))
     }
 
     /// Residuals and derivatives at the problem's start; `None` where it diverges, or the run was stopped.
@@ -476,6 +464,21 @@ fn first_piece(records: &[Series], output: Output) -> Range<usize> {
         }
     }
     begin..begin
+}
+
+/// The problems of `searches`, each starting at the best that was found, and the candidates evaluated.
+pub(super) fn found(searches: Vec<RunningSearch>) -> (Vec<Problem>, usize) {
+    let evaluations = searches.iter().map(|one| one.search.evaluations()).sum();
+    let found = |RunningSearch { problem, search }: RunningSearch| {
+        let mut found = problem.clone();
+        let best = search.best().0;
+        let cost = |free: &[f64]| reference::cost(problem, free).unwrap_or(f64::INFINITY);
+        if cost(best) < cost(&problem.start()) {
+            set_start(&mut found, best);
+        }
+        found
+    };
+    (searches.into_par_iter().map(found).collect(), evaluations)
 }
 
 /// Lets the free parameters start at `values`.

@@ -2,13 +2,13 @@
 //!
 //! What a fit has come to rest in may be a valley that imitates what is missing: from there no effect promises anything.
 
-use super::evidence::{Evidence, Model, Side};
+use super::evidence::{Evidence, Model, Side, found};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
 use crate::model::{Parameter, Scale};
 use crate::search::polish::PolishOptions;
-use crate::search::{Settings, Start as From};
+use crate::search::{RunningSearch, Settings, Start, run_in_lockstep};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
@@ -22,6 +22,10 @@ const SHORT: PolishOptions = PolishOptions {
 };
 /// Most effects that are polished to the end.
 const FOLLOWED: usize = 6;
+/// Generations after which the worse half of all spaces is searched no further, and so on after each that follows.
+const OPEN: usize = 3;
+/// But so many are searched to the end: where few are asked for, what is right may come last for long.
+const TO_THE_END: usize = 16;
 /// What a model has is sought this factor around its fit: once in a space that is dense, once in one that is wide.
 const AROUND: [f64; 2] = [3.0, 10.0];
 /// The same where it can be of either sign: this share of its range around it.
@@ -46,13 +50,11 @@ pub(super) fn widely(
         .iter()
         .map(|(effect, problem, around)| space(evidence, *effect, problem, *around))
         .collect();
-    let (found, mut evaluations) = evidence.searched(
-        &spaces,
-        &Settings::scattered(),
-        Some(From::Uniform),
-        evaluator,
-        progress,
-    )?;
+    let method = Settings::scattered();
+    let begin = |space| RunningSearch::begin(space, &method, Start::Uniform, evidence.seed);
+    let mut searches = spaces.iter().map(begin).collect::<Result<Vec<_>>>()?;
+    race(&mut searches, evaluator, progress)?;
+    let (found, mut evaluations) = found(searches);
     let mut led: Vec<(f64, Effect, Problem)> = problems
         .into_par_iter()
         .zip(found)
@@ -79,6 +81,32 @@ pub(super) fn widely(
         .collect();
     evaluations += models.iter().map(|(_, one)| one.evaluations).sum::<usize>();
     Ok((models, evaluations))
+}
+
+/// Runs `searches` as [`run_in_lockstep`] does, but those that lag behind only for their first generations.
+fn race(
+    searches: &mut [RunningSearch],
+    evaluator: &mut dyn Evaluator,
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+) -> Result<()> {
+    let mut running: Vec<&mut RunningSearch> = searches.iter_mut().collect();
+    let mut goes_on = true;
+    for generation in 0.. {
+        running.retain(|one| !one.search.finished());
+        if running.is_empty() || !goes_on {
+            break;
+        }
+        let each = running.iter_mut().map(|one| &mut **one);
+        run_in_lockstep(each, evaluator, &mut |_| {
+            goes_on = progress(generation).is_continue();
+            ControlFlow::Break(())
+        })?;
+        if generation + 1 >= OPEN {
+            running.sort_by_key(|one| one.search.best().1);
+            running.truncate(running.len().div_ceil(2).max(TO_THE_END));
+        }
+    }
+    Ok(())
 }
 
 /// `model` with `effect`, what imitates it taken back.

@@ -88,7 +88,7 @@ pub enum Form {
     Soft,
     /// The same behind the integrator of the loop, which winds up.
     Elastic,
-    /// Metering edges that are rounded.
+    /// Metering edges that are rounded, or a limit that is.
     Rounded,
     /// Another overlap on either side of null.
     Edges,
@@ -181,7 +181,8 @@ impl Kind {
                 &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
-                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command], &[]),
+                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded],
+                &[("bend", 0.8, &[Form::Rounded])]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
                 &[Form::Dahl, Form::Lugre, Form::Windup], &[
                     ("excess", f64::NAN, &[Form::Usual, Form::Lugre, Form::Windup]),

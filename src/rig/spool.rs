@@ -37,6 +37,11 @@ enum Speed {
     Smooth(f64),
     /// |z'| ≤ limit.
     Integrator(f64),
+    /// x' is the mean, over speeds up to `half` beside v, of what a limit lets through, and z goes on.
+    Rounded {
+        limit: f64,
+        half: f64,
+    },
     /// |x'| ≤ limit, and z goes on: a pilot stage that delivers no more (Merritt 1967).
     Windup(f64),
 }
@@ -148,7 +153,12 @@ impl Spool {
         let limit = |kind, form| find(planted, kind, form).map(|p| p.value);
         let slew = |form| limit(Kind::SlewLimit, form);
         let usual = slew(Form::Usual).map(Speed::Limited);
+        let rounded = find(planted, Kind::SlewLimit, Form::Rounded).map(|p| Speed::Rounded {
+            limit: p.value,
+            half: p.value * p.key("bend").unwrap_or(1.0),
+        });
         let speed = usual
+            .or(rounded)
             .or_else(|| slew(Form::Smooth).map(Speed::Smooth))
             .or_else(|| slew(Form::Integrator).map(Speed::Integrator))
             .or_else(|| slew(Form::Windup).map(Speed::Windup))
@@ -272,6 +282,13 @@ impl Spool {
         };
         match self.speed {
             Speed::Limited(limit) | Speed::Windup(limit) => w.clamp(-limit, limit),
+            Speed::Rounded { limit, half } => {
+                let area = |v: f64| match v.abs() < limit {
+                    true => v * v / 2.0,
+                    false => limit * (v.abs() - limit / 2.0),
+                };
+                (area(w + half) - area(w - half)) / (2.0 * half)
+            }
             Speed::Smooth(limit) => w / (1.0 + (w / limit).powi(4)).sqrt().sqrt(),
             _ => w,
         }
@@ -282,7 +299,7 @@ impl Spool {
         self.flow_force_behind != 0.0
             || matches!(self.friction, Friction::Windup { .. })
             || matches!(self.stop, Stop::Windup(_) | Stop::Elastic { .. })
-            || matches!(self.speed, Speed::Windup(_))
+            || matches!(self.speed, Speed::Windup(_) | Speed::Rounded { .. })
     }
 
     fn step_with_sticking(&mut self, command: [f64; 2], drop: f64, h: f64) {

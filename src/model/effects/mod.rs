@@ -194,6 +194,7 @@ catalogue! {
     stroke_limit::StrokeLimitBehind = BEHIND,
     stroke_limit::StrokeLimitOfCommand = COMMAND,
     stroke_limit::StrokeLimitElastic = ELASTIC,
+    slew_limit::SlewLimitRounded = ROUNDED,
     slew_limit::SlewLimitOfCommand = COMMAND,
     hysteresis::HysteresisOfFeedback = FEEDBACK,
     overlap::OverlapRounded = ROUNDED,

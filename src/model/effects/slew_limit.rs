@@ -110,6 +110,66 @@ impl<R: Real> Act<R> for SlewLimitBehind<R> {
     }
 }
 
+pub(super) const ROUNDED: Entry = Entry {
+    name: "slew_limit~rounded",
+    summary: "The spool comes gradually to the speed that its pilot stage lets it have, and the loop's integrator runs on",
+    finding: "the spool comes gradually to a speed of {slew_limit_rounded}, and overshoots by what the loop has wound up",
+    equation: "dz/dt = K sat(u - x, S), v = (z - x)/T, dx/dt = v below R - r, R above R + r, a parabola from the one to the other;                R = slew_limit_rounded, r = slew_rounding R",
+    shows: "fast stretches that are the slower the more is asked for, and an overshoot after each of them",
+    confused: "slew_limit~windup, whose spool follows up to its limit and no further; a larger time constant, alike at all amplitudes",
+    source: "pressure-flow curves of a pilot stage, whose flow gain falls as its load takes up the pressure; Merritt, Hydraulic Control              Systems, 1967",
+    parameters: |scale, _| {
+        vec![
+            limit("slew_limit_rounded", scale),
+            Parameter::linear("slew_rounding", "1", 0.02, 0.5, 1.0),
+        ]
+    },
+    trials: |scale, _| {
+        let shares = [1.0, 0.6, 0.3];
+        shares.map(|share| vec![share * scale.speed, 0.8]).to_vec()
+    },
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::Time,
+        Values::Given(&[140.0, 0.8]),
+    )),
+    ..ENTRY
+};
+
+/// The spool's speed is limited behind the integrator, gradually.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitRounded<R> {
+    limit: R,
+    /// Half the width of the bend, as a share of the limit.
+    rounding: R,
+}
+
+impl<R: Real> SlewLimitRounded<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            limit: next(),
+            rounding: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitRounded<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+        let half = self.limit * self.rounding;
+        let most = self.limit + half;
+        let width = half * R::constant(2.0);
+        let into = (speed.abs() - (self.limit - half)).clamp(R::constant(0.0), width);
+        let lost = into * into / (width * R::constant(2.0));
+        speed.clamp(-most, most) - speed.if_positive(lost, -lost)
+    }
+}
+
 pub(super) const COMMAND: Entry = Entry {
     name: "slew_limit~command",
     summary: "The amplifier's ramp generator limits the rate of the command",
@@ -250,6 +310,22 @@ mod tests {
         let (lead, spool) = effect.end_step(2.0, 1.0, 0.0, &start, 1e-4);
         assert!((lead - 1.3).abs() < 1e-12 && spool == 1.0);
         assert_eq!(effect.end_step(1.2, 1.0, 0.0, &start, 1e-4), (1.2, 1.0));
+    }
+
+    #[test]
+    fn a_rounded_limit_bends_from_no_loss_to_the_limit() {
+        let mut values = [100.0, 0.5].into_iter();
+        let effect: SlewLimitRounded<f64> = SlewLimitRounded::new(|| values.next().unwrap());
+        let start = Motion {
+            gain: 200.0,
+            time_constant: 0.003,
+            spool: 1.0,
+            speed: 0.0,
+            slip_direction: 0.0,
+            load: 2.0,
+        };
+        let speeds = [49.0, -50.0, 100.0, -150.0, 400.0].map(|v| effect.speed(v, &start));
+        assert_eq!(speeds, [49.0, -50.0, 87.5, -100.0, 100.0]);
     }
 
     #[test]

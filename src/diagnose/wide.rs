@@ -160,6 +160,27 @@ fn around(parameter: &mut Parameter, factor: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::{CpuEvaluator, Precision, workload};
+
+    #[test]
+    fn what_lags_behind_is_given_up_but_not_among_few() {
+        let problem = workload::actuator(50);
+        let finished = |count: u64| {
+            let method = Settings::scattered();
+            let begin = |seed| RunningSearch::begin(&problem, &method, Start::Uniform, seed);
+            let mut searches: Vec<_> = (0..count).map(|seed| begin(seed).unwrap()).collect();
+            let mut evaluator = CpuEvaluator::new(Precision::F32);
+            let mut generations = 0;
+            race(&mut searches, &mut evaluator, &mut |done| {
+                generations = done + 1;
+                ControlFlow::Continue(())
+            })
+            .unwrap();
+            assert_eq!(generations, method.itr + 1);
+            searches.iter().filter(|one| one.search.finished()).count()
+        };
+        assert_eq!([6, TO_THE_END as u64, 50].map(finished), [6, 16, 16]);
+    }
 
     #[test]
     fn what_is_new_is_sought_at_all_sizes_and_what_is_there_around_its_value() {

@@ -83,14 +83,16 @@ pub(in crate::evaluate) fn travel<R: Valued, D: Dynamics<R>>(
                     Some(ramp) => Some(R::constant(ramp)),
                 };
                 exact_step(actuator, stride, state, now, ramp);
-                let end = match straight {
-                    None => *input,
-                    Some([from, to]) => {
-                        let share = f64::from(j + 1) / f64::from(count);
-                        Input::between(&from.input, &to.input, R::constant(share))
-                    }
-                };
-                follow(plant, state, &mut course, &end, stride.length);
+                if let Some(course) = &mut course {
+                    let end = match straight {
+                        None => *input,
+                        Some([from, to]) => {
+                            let share = f64::from(j + 1) / f64::from(count);
+                            Input::between(&from.input, &to.input, R::constant(share))
+                        }
+                    };
+                    follow(plant, state, course, &end, stride.length);
+                }
             }
         },
     );
@@ -101,15 +103,13 @@ pub(in crate::evaluate) fn travel<R: Valued, D: Dynamics<R>>(
 fn follow<R: Real, D: Dynamics<R>>(
     plant: &D,
     state: &mut [R],
-    course: &mut Option<Shown<R>>,
+    course: &mut Shown<R>,
     input: &Input<R>,
     length: R,
 ) {
-    if let Some(earlier) = course
-        && let Some(later) = plant.unfiltered(state, input)
-    {
-        plant.filter(state, [earlier, &later], length);
-        *earlier = later;
+    if let Some(later) = plant.unfiltered(state, input) {
+        plant.filter(state, [course, &later], length);
+        *course = later;
     }
 }
 
@@ -156,7 +156,9 @@ fn travel_late_inline<R: Valued, D: Dynamics<R>>(
         let stride = actuator.stride(end - begin);
         for _ in 0..count {
             exact_step(actuator, &stride, state, input.command, None);
-            follow(plant, state, &mut course, &input, stride.length);
+            if let Some(course) = &mut course {
+                follow(plant, state, course, &input, stride.length);
+            }
         }
         begin = end;
     }

@@ -4,7 +4,7 @@
 use super::fitted::Fitted;
 use super::measurements::first_counting;
 use super::problem::IdentificationProblem;
-use super::simulation::{Compared, Sides};
+use super::simulation::{Compared, Sides, residual};
 use crate::model::{Initial, Output, Structure};
 
 /// The rows at the start of a record that show whether a model begins where the record does.
@@ -80,13 +80,10 @@ fn begins_off(compared: &Compared, output: Output, noise: f64) -> bool {
     if first * MOST >= series.samples.len() {
         return false;
     }
-    let errors = compared
-        .rows(output)
-        .map(|(_, measured, simulated)| measured - simulated);
-    let mean_square = |errors: &mut dyn Iterator<Item = f64>| {
-        let (sum, count) = errors.fold((0.0, 0), |(sum, count), e| (sum + e * e, count + 1));
-        sum / f64::from(count.max(1))
-    };
-    let others = mean_square(&mut errors.clone().skip(series.samples.len() / STEP));
-    mean_square(&mut errors.take(FIRST)) > OFF * (others + noise * noise)
+    let errors = residual(&[*compared], output);
+    let mean_square =
+        |errors: &[f64]| errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64;
+    let [first, later] = [FIRST, series.samples.len() / STEP].map(|row| row.min(errors.len()));
+    let others = mean_square(&errors[later..]);
+    mean_square(&errors[..first]) > OFF * (others + noise * noise)
 }

@@ -254,6 +254,15 @@ impl<R: Real> Act<R> for SlewLimitOfCommand<R> {
 mod tests {
     use super::*;
 
+    const START: Motion<f64> = Motion {
+        gain: 200.0,
+        time_constant: 0.003,
+        spool: 1.0,
+        speed: 100.0,
+        slip_direction: 0.0,
+        load: 2.0,
+    };
+
     #[test]
     fn a_ramp_follows_the_command_no_faster_than_its_limit() {
         let ramp = |time: f64| {
@@ -295,36 +304,20 @@ mod tests {
     fn neither_speed_nor_lead_passes_the_limit() {
         let mut values = [100.0].into_iter();
         let effect: SlewLimit<f64> = SlewLimit::new(|| values.next().unwrap());
-        let start = Motion {
-            gain: 200.0,
-            time_constant: 0.003,
-            spool: 1.0,
-            speed: 100.0,
-            slip_direction: 0.0,
-            load: 2.0,
-        };
         assert_eq!(
-            [-150.0, 50.0].map(|v| effect.speed(v, &start)),
+            [-150.0, 50.0].map(|v| effect.speed(v, &START)),
             [-100.0, 50.0]
         );
-        let (lead, spool) = effect.end_step(2.0, 1.0, 0.0, &start, 1e-4);
+        let (lead, spool) = effect.end_step(2.0, 1.0, 0.0, &START, 1e-4);
         assert!((lead - 1.3).abs() < 1e-12 && spool == 1.0);
-        assert_eq!(effect.end_step(1.2, 1.0, 0.0, &start, 1e-4), (1.2, 1.0));
+        assert_eq!(effect.end_step(1.2, 1.0, 0.0, &START, 1e-4), (1.2, 1.0));
     }
 
     #[test]
     fn a_rounded_limit_bends_from_no_loss_to_the_limit() {
         let mut values = [100.0, 0.5].into_iter();
         let effect: SlewLimitRounded<f64> = SlewLimitRounded::new(|| values.next().unwrap());
-        let start = Motion {
-            gain: 200.0,
-            time_constant: 0.003,
-            spool: 1.0,
-            speed: 0.0,
-            slip_direction: 0.0,
-            load: 2.0,
-        };
-        let speeds = [49.0, -50.0, 100.0, -150.0, 400.0].map(|v| effect.speed(v, &start));
+        let speeds = [49.0, -50.0, 100.0, -150.0, 400.0].map(|v| effect.speed(v, &START));
         assert_eq!(speeds, [49.0, -50.0, 87.5, -100.0, 100.0]);
     }
 
@@ -332,18 +325,10 @@ mod tests {
     fn behind_the_integrator_it_limits_the_speed_alone() {
         let mut values = [100.0].into_iter();
         let effect: SlewLimitBehind<f64> = SlewLimitBehind::new(|| values.next().unwrap());
-        let start = Motion {
-            gain: 200.0,
-            time_constant: 0.003,
-            spool: 1.0,
-            speed: 100.0,
-            slip_direction: 0.0,
-            load: 2.0,
-        };
         assert_eq!(
-            [-150.0, 50.0].map(|v| effect.speed(v, &start)),
+            [-150.0, 50.0].map(|v| effect.speed(v, &START)),
             [-100.0, 50.0]
         );
-        assert_eq!(effect.end_step(2.0, 1.0, 0.0, &start, 1e-4), (2.0, 1.0));
+        assert_eq!(effect.end_step(2.0, 1.0, 0.0, &START, 1e-4), (2.0, 1.0));
     }
 }

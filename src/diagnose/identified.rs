@@ -111,8 +111,8 @@ impl Identified {
         nearest
     }
 
-    /// Refuses a model whose integrator errs by more than the noise: its figures would say more of the integrator. What is known
-    /// of a run that was broken off is told with that warning.
+    /// Refuses a model whose integrator errs by more than the noise and than the model itself: its figures would say more of
+    /// the integrator. What is known of a run that was broken off is told with that warning.
     pub(super) fn check_integration(&self) -> Result<()> {
         if self.broken_off.is_some() {
             return Ok(());
@@ -122,7 +122,7 @@ impl Identified {
             let range = variance(&self.measurements.fit, output).sqrt();
             let floor = self.noise[name].value.max(TOLERATED * range);
             let change = self.after.integration_error[name];
-            if change > floor {
+            if change > floor.max(self.after.errors.fit[name].rmse) {
                 let unit = self.after.problem.structure.unit(output);
                 return Err(Error::failed(
                     format!(

@@ -41,15 +41,20 @@ pub(super) fn widely(
     evaluator: &mut dyn Evaluator,
     progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<(Vec<(Effect, Model)>, usize)> {
-    let one = |&effect: &Effect| Some((effect, problem(evidence, model, effect)?));
-    let problems = effects.iter().filter_map(one);
-    let problems: Vec<(Effect, Problem, f64)> = problems
-        .flat_map(|(effect, problem)| AROUND.map(|around| (effect, problem.clone(), around)))
-        .collect();
-    let spaces: Vec<Problem> = problems
-        .iter()
-        .map(|(effect, problem, around)| space(evidence, *effect, problem, *around))
-        .collect();
+    let begun = |effect: &Effect| {
+        let starts = evidence.search_starts(model, effect);
+        let alike = starts.iter().filter(|one| one.trial == starts[0].trial);
+        alike.map(|one| (*effect, one.clone())).collect::<Vec<_>>()
+    };
+    let begun = effects.iter().flat_map(begun);
+    let (problems, spaces): (Vec<_>, Vec<_>) = begun
+        .flat_map(|begun| AROUND.map(|around| (begun.clone(), around)))
+        .map(|((effect, start), around)| {
+            let problem = evidence.extended(model, effect, &start);
+            let space = space(evidence, effect, &problem, start.released, around);
+            ((effect, problem), space)
+        })
+        .unzip();
     let method = Settings::scattered();
     let begin = |space| RunningSearch::begin(space, &method, Start::Uniform, evidence.seed);
     let mut searches = spaces.iter().map(begin).collect::<Result<Vec<_>>>()?;
@@ -58,7 +63,7 @@ pub(super) fn widely(
     let mut led: Vec<(f64, Effect, Problem)> = problems
         .into_par_iter()
         .zip(found)
-        .filter_map(|((effect, mut problem, _), found)| {
+        .filter_map(|((effect, mut problem), found)| {
             for (own, found) in problem.parameters.iter_mut().zip(&found.parameters) {
                 own.set_nominal(own.clamp(found.nominal()));
             }
@@ -109,14 +114,15 @@ fn race(
     Ok(())
 }
 
-/// `model` with `effect`, what imitates it taken back.
-fn problem(evidence: &Evidence, model: &Model, effect: Effect) -> Option<Problem> {
-    let start = evidence.search_starts(model, &effect).pop()?;
-    Some(evidence.extended(model, effect, &start))
-}
-
-/// The same with the bounds in which it is sought: around the fit what the model has, everywhere what is new.
-fn space(evidence: &Evidence, effect: Effect, problem: &Problem, factor: f64) -> Problem {
+/// `problem` with the bounds in which it is sought: around the fit what the model has, everywhere what is new; and what imitates
+/// it, if that is to be `released`.
+fn space(
+    evidence: &Evidence,
+    effect: Effect,
+    problem: &Problem,
+    released: bool,
+    factor: f64,
+) -> Problem {
     let mut space = problem.clone();
     let own: Vec<String> = effect
         .parameters(&evidence.sizes)
@@ -125,7 +131,7 @@ fn space(evidence: &Evidence, effect: Effect, problem: &Problem, factor: f64) ->
         .collect();
     let free = space.parameters.iter_mut().filter(|one| !one.is_fixed());
     for parameter in free {
-        let imitates = effect.entry.imitated_by.contains(&parameter.name.as_str());
+        let imitates = released && effect.entry.imitated_by.contains(&parameter.name.as_str());
         match own.contains(&parameter.name) {
             true => at_all_sizes(parameter),
             false if imitates => parameter.low = parameter.low.max(parameter.high / 1e3),

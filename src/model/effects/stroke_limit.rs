@@ -94,6 +94,7 @@ pub(super) const BEHIND: Entry = Entry {
     shows: "flat tops at large openings that last longer than the command asks for",
     confused: "stroke_limit, which leaves its stop as soon as the command turns",
     parameters: |scale, _| vec![limit("stroke_limit_windup", scale)],
+    imitated_by: &["saturation"],
     ..ENTRY
 };
 
@@ -189,6 +190,7 @@ pub(super) const ELASTIC: Entry = Entry {
             .flat_map(|share| stiff.map(|stiff| vec![share * scale.command, stiff]))
             .collect()
     },
+    imitated_by: &["saturation"],
     ..ENTRY
 };
 

@@ -2,10 +2,12 @@
 //! and what is in no catalogue. `servobee scorecard` runs the whole set.
 
 use crate::program::soak;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, Verdict, identify};
 use servobee::evaluate::{CpuEvaluator, Precision};
 use servobee::model::effects::{CATALOGUE, entry};
-use servobee::record::{Channel, Record};
+use servobee::record::{Channel, Record, Series};
 use servobee::rig::{Command as Rig, Form, Kind, Noise, Setup};
 use servobee::scorecard::{Case, Group, Outcome, Plan, Row, Subject, Variant, run};
 use std::ops::ControlFlow;
@@ -151,6 +153,18 @@ fn rows_that_never_saturate(planted: &[&str], seed: u64) -> [Record; 2] {
     .map(|setup| setup.record().unwrap())
 }
 
+/// The diagnosis with the whole catalogue.
+fn all_asked(fitted: &[Record], held_out: &[Record]) -> Identified {
+    let problem = IdentificationProblem::of(fitted, held_out, Cut::default()).unwrap();
+    let options = Options::on(&problem.structure, CATALOGUE, 4);
+    let plan = servobee::search::Plan::of_records(1);
+    let mut evaluator = CpuEvaluator::new(Precision::F32);
+    identify(problem, &mut evaluator, &plan, &options, &mut |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap()
+}
+
 fn identified(records: &[Record; 2], seed: u64) -> Identified {
     let [fitted, held_out] = records.each_ref().map(std::slice::from_ref);
     let problem = IdentificationProblem::of(fitted, held_out, Cut::default()).unwrap();
@@ -240,14 +254,7 @@ fn a_small_residual_far_above_the_noise_is_looked_at() {
         ..Setup::default()
     };
     let record = setup.record().unwrap();
-    let problem = IdentificationProblem::of(&[record], &[], Cut::default()).unwrap();
-    let options = Options::on(&problem.structure, CATALOGUE, 4);
-    let plan = servobee::search::Plan::of_records(1);
-    let mut evaluator = CpuEvaluator::new(Precision::F32);
-    let found = identify(problem, &mut evaluator, &plan, &options, &mut |_| {
-        ControlFlow::Continue(())
-    })
-    .unwrap();
+    let found = all_asked(&[record], &[]);
     let (before, after) = (&found.before.errors.hold_out, &found.after.errors.hold_out);
     println!(
         "{:?} {:?}: {:?} -> {:?}, noise {:?}",
@@ -264,4 +271,46 @@ fn a_small_residual_far_above_the_noise_is_looked_at() {
     assert!(before["spool"].fit_percent > Some(99.99));
     assert_ne!(found.verdict, Verdict::None);
     assert!(after["spool"].rmse < 0.1 * before["spool"].rmse);
+}
+
+/// A valve whose spool's speed is a hyperbolic tangent of what its loop asks for, which no model of the catalogue has.
+fn smoothly_limited(seed: u64) -> Record {
+    let (gain, time_constant, saturation, limit) = (105.2, 0.00302, 5.0, 398.7);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let (mut integrator, mut spool, mut command) = (0.0f64, 0.0f64, 0.0f64);
+    let (mut commands, mut spools) = (Vec::new(), Vec::new());
+    for row in 0..3000 {
+        if row % 75 == 0 {
+            command = random.random_range(-9.0..9.0);
+        }
+        commands.push(command);
+        spools.push(spool + random.random_range(-0.04..0.04));
+        for _ in 0..40 {
+            let step = 1e-3 / 40.0;
+            integrator += step * gain * (command - spool).clamp(-saturation, saturation);
+            let asked = (integrator - spool) / time_constant;
+            spool += step * limit * (asked / limit).tanh();
+        }
+    }
+    let time = (0..3000).map(|row| 1e-3 * f64::from(row)).collect();
+    let channels = [(Channel::Command, commands), (Channel::Spool, spools)];
+    let channels = channels.map(|(channel, values)| (channel, Series::new("V", values)));
+    Record::new("smooth", time, channels).unwrap()
+}
+
+#[test]
+fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
+    let found = all_asked(&[smoothly_limited(1)], &[smoothly_limited(2)]);
+    let names: Vec<&str> = found
+        .added
+        .iter()
+        .map(|one| one.effect.entry.name)
+        .collect();
+    let after = found.added[0].error_after;
+    println!("{names:?}: {} -> {after}", found.error_before);
+    assert_eq!(
+        (found.verdict, &names[..]),
+        (Verdict::Found, &["slew_limit~rounded"][..])
+    );
+    assert!(found.error_before > 5.0 && after < 1.15);
 }

@@ -7,7 +7,7 @@ use super::wide::widely;
 use super::{Comparison, improvement};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
-use crate::model::effects::Effect;
+use crate::model::effects::{Effect, known};
 use crate::model::{Complete, Parameter, Structure};
 use crate::search::Method;
 use rayon::prelude::*;
@@ -234,7 +234,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             };
             order.extend(new(&next, &order));
             model = next;
-            while !suffices && order.len() > 1 && exchanges < EXCHANGES && self.stage.goes_on() {
+            while !suffices && exchanges < EXCHANGES && self.stage.goes_on() {
                 let Some(better) = self.exchange(&model, &order)? else {
                     break;
                 };
@@ -507,20 +507,53 @@ impl<'a, 'b> Selection<'a, 'b> {
 
     /// A model that is surely better with one of its effects exchanged for another.
     fn exchange(&mut self, model: &Model, order: &[Effect]) -> Result<Option<Model>> {
+        if let Some(better) = self.other_form(model, order) {
+            return Ok(Some(better));
+        }
         // The last one was chosen among all others just now.
         for &effect in &order[..order.len() - 1] {
             let Some(reduced) = self.without(model, effect) else {
                 continue;
             };
             for (_, other) in self.alternatives(&reduced)? {
-                let better = other.loss(Side::HoldOut) < model.loss(Side::HoldOut)
-                    && self.surely_better(&other, model);
-                if better && other.structure() != model.structure() {
+                if self.outdoes(&other, model) && other.structure() != model.structure() {
                     return Ok(Some(other));
                 }
             }
         }
         Ok(None)
+    }
+
+    /// A model that is surely better with one of its effects in another form, which begins where this one ended: of forms that
+    /// are fitted apart from each other one may have come to rest in a valley that its own form has no part in.
+    fn other_form(&mut self, model: &Model, order: &[Effect]) -> Option<Model> {
+        if self.evidence.is_followed_by(model) {
+            return None;
+        }
+        self.stage.begins("other forms");
+        let all = known().flat_map(|entry| entry.on(model.structure()));
+        let all: Vec<Effect> = all.filter(|form| (self.allowed)(form)).collect();
+        let changes = order.iter().flat_map(|&effect| {
+            let forms = all.iter().copied();
+            let forms = forms.filter(move |form| *form != effect && form.is_form_of(&effect));
+            forms.map(move |form| (effect, form))
+        });
+        let changes: Vec<(Effect, Effect)> = changes.collect();
+        let others: Vec<Model> = changes
+            .into_par_iter()
+            .filter_map(|(effect, form)| self.evidence.handed_on(model, effect, form))
+            .collect();
+        self.evaluations += others.iter().map(|one| one.evaluations).sum::<usize>();
+        let better: Vec<&Model> = others
+            .iter()
+            .filter(|one| self.outdoes(one, model))
+            .collect();
+        self.best(&better).cloned()
+    }
+
+    /// Whether `first` is surely better than `second`, on held-out rows as well.
+    fn outdoes(&self, first: &Model, second: &Model) -> bool {
+        first.loss(Side::HoldOut) < second.loss(Side::HoldOut) && self.surely_better(first, second)
     }
 
     /// `model` without `effect`, fitted again.

@@ -32,6 +32,14 @@ pub(super) const QUICK: PolishOptions = PolishOptions {
     cost_tolerance: 1e-7,
     damping: 1e-3,
 };
+/// A polish that shows which way a start leads.
+const SHORT: PolishOptions = PolishOptions {
+    max_iterations: 6,
+    gradient_tolerance: 1e-4,
+    step_tolerance: 1e-4,
+    cost_tolerance: 1e-4,
+    damping: 1e-3,
+};
 
 /// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster.
 const HEADROOM: f64 = 3.0;
@@ -291,13 +299,47 @@ impl Evidence {
                 own.for_each(|own| own.set_nominal(own.clamp(known.nominal())));
             }
         }
-        let own = effect.parameters(&self.sizes);
-        let free = own.into_iter().filter(|p| !p.is_fixed());
-        start.extend(free.zip(trial).map(|(mut parameter, &value)| {
+        start.extend(self.at(effect, trial));
+        self.problem(&structure, &start)
+    }
+
+    /// The free parameters of `effect` with the values of a `trial`.
+    fn at(&self, effect: Effect, trial: &[f64]) -> impl Iterator<Item = Parameter> {
+        let free = effect.parameters(&self.sizes).into_iter();
+        let free = free.filter(|parameter| !parameter.is_fixed());
+        free.zip(trial).map(|(mut parameter, &value)| {
             parameter.set_nominal(parameter.clamp(value));
             parameter
-        }));
-        self.problem(&structure, &start)
+        })
+    }
+
+    /// `model` with another `form` in the place of its `effect`, fitted from there: with every trial of the form's, and with the
+    /// size that the effect had.
+    pub(super) fn handed_on(&self, model: &Model, effect: Effect, form: Effect) -> Option<Model> {
+        let structure = model.structure().without(effect).with(form);
+        let had = effect.parameters(&self.sizes).into_iter().next();
+        let had = had.and_then(|size| {
+            model
+                .problem
+                .parameters
+                .iter()
+                .find(|p| p.name == size.name)
+        });
+        let begun = |trial: Vec<f64>| {
+            let own = model.problem.parameters.iter().cloned();
+            let start: Vec<Parameter> = own.chain(self.at(form, &trial)).collect();
+            self.polished_a_little(self.problem(&structure, &start))
+        };
+        let trials = form.trials(&self.sizes);
+        let sized = trials.clone().into_iter().map(|mut trial| {
+            if let (Some(size), Some(had)) = (trial.first_mut(), had) {
+                *size = had.nominal();
+            }
+            trial
+        });
+        let polished = trials.into_iter().chain(sized).filter_map(begun);
+        let (_, problem) = polished.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.polished(problem)
     }
 
     /// The effects of `model` that were known beforehand.
@@ -354,11 +396,7 @@ impl Evidence {
 
     /// What a polish of few steps makes of the problem's start, and its cost; `None` where that diverges, or the run was stopped
     /// before its end.
-    pub(super) fn polished_a_little(
-        &self,
-        mut problem: Problem,
-        options: &PolishOptions,
-    ) -> Option<(f64, Problem)> {
+    pub(super) fn polished_a_little(&self, mut problem: Problem) -> Option<(f64, Problem)> {
         let interrupt = self.memory.interrupt();
         let key = || {
             let mut fingerprint = Fingerprint::default();
@@ -370,7 +408,7 @@ impl Evidence {
                 problem: &problem,
                 interrupt,
             };
-            let polished = polish(&mut stoppable, &free, &start, options).ok()?;
+            let polished = polish(&mut stoppable, &free, &start, &SHORT).ok()?;
             Some((polished.cost, polished.values))
         });
         if interrupt.asked() {
@@ -493,7 +531,8 @@ pub(super) fn set_start(problem: &mut Problem, values: &[f64]) {
 mod tests {
     use super::*;
     use crate::evaluate::scale_of;
-    use crate::model::effects::{CATALOGUE, Port};
+    use crate::evaluate::workload;
+    use crate::model::effects::{CATALOGUE, Port, entry};
     use crate::model::valve::{Meter, ValveForm};
     use crate::model::{FreeForm, ServoValve};
     use crate::record::{self, Channel, Record};
@@ -646,5 +685,47 @@ mod tests {
             let found = problem.parameters[of(&problem.parameters)].nominal();
             assert_eq!(found, if fixed { known.nominal() } else { known.high });
         }
+    }
+
+    #[test]
+    fn another_form_begins_where_one_ended() {
+        let bare = Structure::actuator(10.0, "V");
+        let form = |name| entry(name).unwrap().on(&bare)[0];
+        let (sharp, rounded) = (form("slew_limit~windup"), form("slew_limit~rounded"));
+        let mut evidence = evidence(&bare);
+        evidence.base = bare.parameters_at(&evidence.sizes);
+        let at = |name: &str, value: f64| {
+            let mut parameter = evidence.base[0].clone();
+            parameter.name = name.into();
+            (parameter.low, parameter.high) = (value, value);
+            parameter.set_nominal(value);
+            parameter
+        };
+        let planted = [
+            at("gain", 100.0),
+            at("time_constant", 0.005),
+            at("saturation", 6.0),
+            at("slew_limit_rounded", 150.0),
+            at("slew_rounding", 0.8),
+        ];
+        let truth = evidence.problem(&bare.with(rounded), &planted);
+        let Data::Series(mut series) = (*workload::actuator(2000).data).clone() else {
+            unreachable!()
+        };
+        series[0].set_steps(truth.structure.fastest_rate(&truth.parameters), 1);
+        let values = Complete::nominal(&truth.parameters);
+        let targets = reference::trajectories(&truth.structure, &values, &series).remove(0);
+        for (sample, target) in series[0].samples.iter_mut().zip(targets) {
+            sample.target = target;
+        }
+        evidence.fit = Arc::new(Data::Series(series));
+        evidence.hold_out = evidence.fit.clone();
+        let start = [&planted[..3], &[at("slew_limit_windup", 120.0)]].concat();
+        let problem = evidence.problem(&bare.with(sharp), &start);
+        let model = evidence.polished(problem).unwrap();
+        let other = evidence.handed_on(&model, sharp, rounded).unwrap();
+        let loss = |model: &Model| model.loss(Side::Fit).sqrt();
+        println!("{} -> {}", loss(&model), loss(&other));
+        assert!(loss(&model) > 1e-3 && loss(&other) < 1e-6);
     }
 }

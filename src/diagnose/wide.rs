@@ -7,27 +7,19 @@ use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
 use crate::model::{Parameter, Scale};
-use crate::search::polish::PolishOptions;
 use crate::search::{RunningSearch, Settings, Start, run_in_lockstep};
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
-/// A polish that shows which way a start leads.
-const SHORT: PolishOptions = PolishOptions {
-    max_iterations: 6,
-    gradient_tolerance: 1e-4,
-    step_tolerance: 1e-4,
-    cost_tolerance: 1e-4,
-    damping: 1e-3,
-};
 /// Most effects that are polished to the end.
 const FOLLOWED: usize = 6;
 /// Generations after which the worse half of all spaces is searched no further, and so on after each that follows.
 const OPEN: usize = 3;
 /// But so many are searched to the end: where few are asked for, what is right may come last for long.
 const TO_THE_END: usize = 16;
-/// What a model has is sought this factor around its fit: once in a space that is dense, once in one that is wide.
-const AROUND: [f64; 2] = [3.0, 10.0];
+/// What a model has is sought this factor around its fit: in a space that is dense, in one that is wide, and anywhere, as where
+/// much is missing the fit says nothing.
+const AROUND: [f64; 3] = [3.0, 10.0, f64::INFINITY];
 /// The same where it can be of either sign: this share of its range around it.
 const BESIDE: f64 = 0.05;
 /// Sizes from this share of the largest on are sought alike.
@@ -67,7 +59,7 @@ pub(super) fn widely(
             for (own, found) in problem.parameters.iter_mut().zip(&found.parameters) {
                 own.set_nominal(own.clamp(found.nominal()));
             }
-            let (cost, problem) = evidence.polished_a_little(problem, &SHORT)?;
+            let (cost, problem) = evidence.polished_a_little(problem)?;
             Some((cost, effect, problem))
         })
         .collect();
@@ -200,6 +192,9 @@ mod tests {
         let mut gain = Parameter::log("gain", "1/s", 1.0, 200.0, 500.0);
         around(&mut gain, 3.0);
         assert_eq!((gain.low, gain.high), (200.0 / 3.0, 500.0));
+        let mut anywhere = Parameter::log("gain", "1/s", 1.0, 200.0, 500.0);
+        around(&mut anywhere, f64::INFINITY);
+        assert_eq!((anywhere.low, anywhere.high), (1.0, 500.0));
         around(&mut signed, 3.0);
         assert!((signed.low + 0.3).abs() < 1e-12 && (signed.high - 0.3).abs() < 1e-12);
     }

@@ -37,10 +37,10 @@ enum Speed {
     Smooth(f64),
     /// |z'| ≤ limit.
     Integrator(f64),
-    /// x' is the mean, over speeds up to `half` beside v, of what a limit lets through, and z goes on.
+    /// x' follows a hyperbola from v to either limit, from which it stays `bend` away where the two meet, and z goes on.
     Rounded {
         limit: f64,
-        half: f64,
+        bend: f64,
     },
     /// |x'| ≤ limit, and z goes on: a pilot stage that delivers no more (Merritt 1967).
     Windup(f64),
@@ -155,7 +155,7 @@ impl Spool {
         let usual = slew(Form::Usual).map(Speed::Limited);
         let rounded = find(planted, Kind::SlewLimit, Form::Rounded).map(|p| Speed::Rounded {
             limit: p.value,
-            half: p.value * p.key("bend").unwrap_or(1.0),
+            bend: p.value * p.key("bend").unwrap_or(1.0),
         });
         let speed = usual
             .or(rounded)
@@ -282,12 +282,9 @@ impl Spool {
         };
         match self.speed {
             Speed::Limited(limit) | Speed::Windup(limit) => w.clamp(-limit, limit),
-            Speed::Rounded { limit, half } => {
-                let area = |v: f64| match v.abs() < limit {
-                    true => v * v / 2.0,
-                    false => limit * (v.abs() - limit / 2.0),
-                };
-                (area(w + half) - area(w - half)) / (2.0 * half)
+            Speed::Rounded { limit, bend } => {
+                let steep = w * f64::hypot(limit, bend) / limit;
+                (f64::hypot(steep + limit, bend) - f64::hypot(steep - limit, bend)) / 2.0
             }
             Speed::Smooth(limit) => w / (1.0 + (w / limit).powi(4)).sqrt().sqrt(),
             _ => w,

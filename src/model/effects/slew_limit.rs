@@ -114,14 +114,16 @@ pub(super) const ROUNDED: Entry = Entry {
     name: "slew_limit~rounded",
     summary: "The spool comes gradually to the speed that its pilot stage lets it have, and the loop's integrator runs on",
     finding: "the spool comes gradually to a speed of {slew_limit_rounded}, and overshoots by what the loop has wound up",
-    equation: "dz/dt = K sat(u - x, S), v = (z - x)/T, dx/dt = v below R - r, R above R + r, a parabola from the one to the other;                R = slew_limit_rounded, r = slew_rounding R",
+    equation: "dz/dt = K sat(u - x, S), v = (z - x)/T sqrt(1 + w^2), dx/dt = (sqrt((v + R)^2 + (w R)^2) - sqrt((v - R)^2 + (w R)^2))/2; \
+               R = slew_limit_rounded, w = slew_rounding",
     shows: "fast stretches that are the slower the more is asked for, and an overshoot after each of them",
     confused: "slew_limit~windup, whose spool follows up to its limit and no further; a larger time constant, alike at all amplitudes",
-    source: "pressure-flow curves of a pilot stage, whose flow gain falls as its load takes up the pressure; Merritt, Hydraulic Control              Systems, 1967",
+    source: "pressure-flow curves of a pilot stage, whose flow gain falls as its load takes up the pressure; Merritt, Hydraulic \
+             Control Systems, 1967",
     parameters: |scale, _| {
         vec![
             limit("slew_limit_rounded", scale),
-            Parameter::linear("slew_rounding", "1", 0.02, 0.5, 1.0),
+            Parameter::log("slew_rounding", "1", 0.05, 0.5, 10.0),
         ]
     },
     trials: |scale, _| {
@@ -140,7 +142,7 @@ pub(super) const ROUNDED: Entry = Entry {
 #[derive(Debug, Clone)]
 pub(in crate::model) struct SlewLimitRounded<R> {
     limit: R,
-    /// Half the width of the bend, as a share of the limit.
+    /// How far from its asymptotes, a line through zero and the limit, the curve's hyperbolas bend: 0 is sharp, 1 about a tanh.
     rounding: R,
 }
 
@@ -161,12 +163,12 @@ impl<R: Real> Act<R> for SlewLimitRounded<R> {
 
     #[inline(always)]
     fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
-        let half = self.limit * self.rounding;
-        let most = self.limit + half;
-        let width = half * R::constant(2.0);
-        let into = (speed.abs() - (self.limit - half)).clamp(R::constant(0.0), width);
-        let lost = into * into / (width * R::constant(2.0));
-        speed.clamp(-most, most) - speed.if_positive(lost, -lost)
+        let one = R::constant(1.0);
+        let asked = speed * (one + self.rounding * self.rounding).sqrt();
+        let bend = self.limit * self.rounding;
+        let to = |end: R| ((asked - end) * (asked - end) + bend * bend).sqrt();
+        // Half the difference of the two, without what cancels in it.
+        R::constant(2.0) * asked * self.limit / (to(self.limit) + to(-self.limit))
     }
 }
 
@@ -315,10 +317,24 @@ mod tests {
 
     #[test]
     fn a_rounded_limit_bends_from_no_loss_to_the_limit() {
-        let mut values = [100.0, 0.5].into_iter();
-        let effect: SlewLimitRounded<f64> = SlewLimitRounded::new(|| values.next().unwrap());
-        let speeds = [49.0, -50.0, 100.0, -150.0, 400.0].map(|v| effect.speed(v, &START));
-        assert_eq!(speeds, [49.0, -50.0, 87.5, -100.0, 100.0]);
+        let at = |rounding: f64, speed: f64| {
+            let mut values = [100.0, rounding].into_iter();
+            SlewLimitRounded::new(|| values.next().unwrap()).speed(speed, &START)
+        };
+        for rounding in [0.05, 0.75, 10.0] {
+            assert!((at(rounding, 1e-3) / 1e-3 - 1.0).abs() < 1e-6);
+            assert!((at(rounding, -1e9) + 100.0).abs() < 1e-3);
+        }
+        // Where the slope's line meets the limit: (sqrt(200^2 + 75^2) - 75) / 2.
+        assert!(
+            (at(0.75, 80.0) - 69.300_046_816).abs() < 1e-6,
+            "{}",
+            at(0.75, 80.0)
+        );
+        assert!((at(0.05, 50.0) - 50.0).abs() < 0.1);
+        // The algebraic curve v / sqrt(1 + (v / R)^2), to which it tends.
+        let root = 0.5f64.sqrt();
+        assert!((at(10.0, 100.0) / 100.0 - root).abs() < 2e-3);
     }
 
     #[test]

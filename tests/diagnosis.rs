@@ -109,7 +109,6 @@ fn what_is_planted_is_named_and_explains_everything() {
 fn what_is_in_no_catalogue_gets_no_name() {
     let rows = diagnosed(&cases(&[
         "outsiders/gain_jump/0",
-        "outsiders/coarse_dac/0",
         "outsiders/tanh_sensor/0",
     ]));
     for row in rows {

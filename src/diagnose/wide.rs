@@ -17,9 +17,10 @@ const FOLLOWED: usize = 6;
 const OPEN: usize = 3;
 /// But so many are searched to the end: where few are asked for, what is right may come last for long.
 const TO_THE_END: usize = 16;
-/// What a model has is sought this factor around its fit: in a space that is dense, in one that is wide, and anywhere, as where
-/// much is missing the fit says nothing.
+/// What a model has is sought this factor around its fit: in a space that is dense, in one that is wide, and anywhere.
 const AROUND: [f64; 3] = [3.0, 10.0, f64::INFINITY];
+/// Anywhere where the fit leaves this cost, in squared noise: it says nothing of where to look.
+const LOST: f64 = 100.0;
 /// The same where it can be of either sign: this share of its range around it.
 const BESIDE: f64 = 0.05;
 /// Sizes from this share of the largest on are sought alike.
@@ -39,8 +40,12 @@ pub(super) fn widely(
         alike.map(|one| (*effect, one.clone())).collect::<Vec<_>>()
     };
     let begun = effects.iter().flat_map(begun);
+    let around = match model.loss(Side::Fit) > LOST {
+        true => &AROUND[..],
+        false => &AROUND[..2],
+    };
     let (problems, spaces): (Vec<_>, Vec<_>) = begun
-        .flat_map(|begun| AROUND.map(|around| (begun.clone(), around)))
+        .flat_map(|begun| around.iter().map(move |&around| (begun.clone(), around)))
         .map(|((effect, start), around)| {
             let problem = evidence.extended(model, effect, &start);
             let space = space(evidence, effect, &problem, start.released, around);

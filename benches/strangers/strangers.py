@@ -360,12 +360,12 @@ def main():
 
     keep = asked.keep or tempfile.mkdtemp()
     os.makedirs(keep, exist_ok=True)
-    with ThreadPoolExecutor(asked.threads) as pool:
-        rows = list(pool.map(lambda task: run(keep, *task), tasks))
     print("| planted | seed | record | outcome | named, or where | error | s |\n|---|---|---|---|---|---|---|")
-    for name, seed, about, outcome, named, ratio, seconds in rows:
-        print(f"| {name} | {seed} | {about} | {outcome} | {named} | {ratio} | {seconds:.0f} |")
-    counts = Counter(row[3] for row in rows)
+    counts = Counter()
+    with ThreadPoolExecutor(asked.threads) as pool:
+        for name, seed, about, outcome, named, ratio, seconds in pool.map(lambda task: run(keep, *task), tasks):
+            print(f"| {name} | {seed} | {about} | {outcome} | {named} | {ratio} | {seconds:.0f} |", flush=True)
+            counts[outcome] += 1
     print("\n" + ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
 
 

@@ -8,8 +8,9 @@
 //!    linearised there together with the base model, and the reduction of the cost that this predicts is compared with that of
 //!    the best of them on surrogates (wild block bootstrap over the whole family). The plausible ones are refitted with the
 //!    base, by bees and polish, and ranked by held-out error. Effects of equal error that the record cannot tell apart are
-//!    reported as tied. Then again with the effect added; effects are exchanged and dropped where the others have made them
-//!    worse or superfluous; pairs are tried where none helps alone.
+//!    reported as tied. Then again with the effect added; effects take another form of their cause, which begins where they
+//!    ended, and are exchanged and dropped where the others have made them worse or superfluous; pairs are tried where none
+//!    helps alone.
 //! 4. *Grades*: effects are `found` if they bring the held-out error of every channel to its noise and leave nothing structured,
 //!    and a part (`partly`) if they explain 80 % of what was above it. Otherwise the verdict is `unexplained`, and the report
 //!    describes what is missing by a curve of one signal at one port, under `free_form`, never under a physical name.

@@ -142,7 +142,7 @@ pub(super) const ROUNDED: Entry = Entry {
 #[derive(Debug, Clone)]
 pub(in crate::model) struct SlewLimitRounded<R> {
     limit: R,
-    /// How far from its asymptotes, a line through zero and the limit, the curve's hyperbolas bend: 0 is sharp, 1 about a tanh.
+    /// How far from its asymptotes, a line through zero and the limit, the curve's hyperbolas bend: 0 is sharp, 0.8 about a tanh.
     rounding: R,
 }
 

@@ -5,6 +5,7 @@ use sha2::{Digest, Sha256};
 use std::fs::{File, TryLockError};
 use std::io::Read;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// The content of the file at `path`, which may have `longest` bytes; `shorter` says what to do about one that has more.
 /// Its size is asked for before it is read, and what has no size, such as a pipe, is not read any further.
@@ -38,18 +39,25 @@ pub(crate) fn bytes(path: &Path, longest: u64, shorter: &str) -> Result<Vec<u8>>
 
 /// Keeps other runs from writing the `file` at `path` as long as it is open; `remedy` says what to do about one that does.
 ///
+/// A lock that is taken is asked for again for half a second: a program that is being started has every file of its parent open
+/// until it runs, so that what has been closed here may be locked a moment longer.
+///
 /// # Errors
 /// Another run has it open.
 pub(crate) fn lock(path: &Path, file: &File, remedy: &str) -> Result<()> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(Error::input(
-            path.display(),
-            "is in use by a run that has not ended",
-            remedy,
-        )),
-        // A file system without locks takes no harm but from two runs that are given the same file.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    let asked = Instant::now();
+    while let Err(TryLockError::WouldBlock) = file.try_lock() {
+        if asked.elapsed() > Duration::from_millis(500) {
+            return Err(Error::input(
+                path.display(),
+                "is in use by a run that has not ended",
+                remedy,
+            ));
+        }
+        std::thread::sleep(Duration::from_millis(20));
     }
+    // A file system without locks takes no harm but from two runs that are given the same file.
+    Ok(())
 }
 
 /// The SHA-256 of `bytes`, in hexadecimal digits.
@@ -73,4 +81,25 @@ pub(crate) fn text(path: &Path, longest: u64, shorter: &str) -> Result<String> {
             "save the file as text in UTF-8",
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lock_that_is_held_a_moment_longer_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("locked");
+        let held = File::create(&path).unwrap();
+        held.try_lock().unwrap();
+        let file = File::open(&path).unwrap();
+        assert!(lock(&path, &file, "wait for it").is_err());
+        let holder = std::thread::spawn(move || {
+            std::thread::sleep(Duration::from_millis(100));
+            drop(held);
+        });
+        lock(&path, &file, "wait for it").unwrap();
+        holder.join().unwrap();
+    }
 }

@@ -1,6 +1,7 @@
 //! Limits that a valve has to keep: a file of them, and whether a result is inside.
 
 mod judgement;
+mod limit_report;
 mod range;
 
 use super::toml_text::TomlText;
@@ -9,7 +10,8 @@ use crate::card::units;
 use crate::model::Structure;
 use crate::model::effects::Effect;
 use crate::record::conversion_between;
-pub use judgement::{LimitReport, Outcome, met};
+pub use judgement::met;
+pub use limit_report::{LimitReport, Outcome};
 use range::Range;
 use std::path::Path;
 use toml::Spanned;

@@ -4,7 +4,8 @@ use crate::common::{Case, case, cases, random};
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Population, Precision, Problem, Status};
 use servobee::model::{Drive, Initial, Input, Output, Outputs, Parameter, ServoValve, Structure};
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
+use std::process::Command;
 
 fn costs(problem: &Problem, population: &Population) -> Vec<Cost> {
     let costs = CpuEvaluator::new(Precision::F64).costs(problem, population);
@@ -229,4 +230,37 @@ fn an_empty_population_has_no_costs() {
     for case in cases() {
         assert!(costs(&case.problem, &random(&case.problem, 0, 1)).is_empty());
     }
+}
+
+#[test]
+fn vectors_are_computed_by_instructions_and_not_by_calls() {
+    // What is called for a step of many candidates is inlined: a closure that is not is compiled for no vectors at all, and each of
+    // its sums becomes a call through memory. Making equations ready happens once a simulation.
+    let program = env!("CARGO_BIN_EXE_servobee");
+    let listing = match Command::new("objdump")
+        .args(["-d", "-C", "--no-show-raw-insn"])
+        .arg(program)
+        .output()
+    {
+        Ok(listing) if cfg!(target_arch = "x86_64") && listing.status.success() => listing.stdout,
+        _ => {
+            println!("NOT TESTED: how vectors are compiled: there is no objdump, or no x86-64");
+            return;
+        }
+    };
+    let (mut function, mut functions, mut wrong) = (String::new(), 0, BTreeSet::new());
+    for line in String::from_utf8_lossy(&listing).lines() {
+        if line.ends_with(">:") {
+            function = line.to_owned();
+            functions += usize::from(line.contains("<servobee::model::"));
+        } else if line.contains("call")
+            && line.contains("core_arch::x86::")
+            && function.contains("<servobee::model::")
+            && !function.contains("::equations::")
+        {
+            wrong.insert(function.clone());
+        }
+    }
+    assert!(functions > 100, "{functions} functions of models");
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }

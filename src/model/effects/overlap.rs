@@ -93,8 +93,9 @@ impl<R: Real> OverlapRounded<R> {
 impl<R: Real> Act<R> for OverlapRounded<R> {
     #[inline(always)]
     fn opening(&self, opening: R) -> R {
-        let from = |edge: R| (edge * edge + self.rounding * self.rounding).sqrt();
-        opening - R::constant(0.5) * (from(opening + self.width) - from(opening - self.width))
+        let (above, below) = (opening + self.width, opening - self.width);
+        let bend = self.rounding;
+        opening - R::constant(0.5) * (above.hypot(bend) - below.hypot(bend))
     }
 }
 

@@ -166,9 +166,9 @@ impl<R: Real> Act<R> for SlewLimitRounded<R> {
         let one = R::constant(1.0);
         let asked = speed * (one + self.rounding * self.rounding).sqrt();
         let bend = self.limit * self.rounding;
-        let to = |end: R| ((asked - end) * (asked - end) + bend * bend).sqrt();
+        let (below, above) = (asked - self.limit, asked + self.limit);
         // Half the difference of the two, without what cancels in it.
-        R::constant(2.0) * asked * self.limit / (to(self.limit) + to(-self.limit))
+        R::constant(2.0) * asked * self.limit / (below.hypot(bend) + above.hypot(bend))
     }
 }
 

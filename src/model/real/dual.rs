@@ -61,6 +61,7 @@ impl<S: Simd> Dual<S> {
     }
 
     /// The angle of the point (`x`, `self`), in radians.
+    #[inline(always)]
     pub(crate) fn atan2(self, x: Self) -> Self {
         let square = self.value * self.value + x.value * x.value;
         self.chain(

@@ -73,6 +73,12 @@ pub trait Real:
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
+    /// sqrt(self² + other²).
+    // No closures in what is computed for many candidates: they are not always inlined, and then not compiled for vectors.
+    #[inline(always)]
+    fn hypot(self, other: Self) -> Self {
+        (self * self + other * other).sqrt()
+    }
     /// Magnitude.
     #[inline(always)]
     fn abs(self) -> Self {

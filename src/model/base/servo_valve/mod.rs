@@ -428,34 +428,45 @@ impl<R: Real> ServoValveEquations<R> {
         state: &mut [R],
         input: &Input<R>,
     ) {
+        let mut before = input.command;
+        let mut pull = self.pull_at_rest(ports, actuator, state, input, before);
+        let mut spool = before + pull;
+        for _ in 0..2 {
+            let now = self.pull_at_rest(ports, actuator, state, input, spool);
+            let change = now - pull;
+            let next = spool - now * ((spool - before) / change);
+            (before, pull) = (spool, now);
+            spool = change.abs().if_positive(next, spool);
+        }
+        (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
+        // Where something pulls behind the integrator, that leads by as much.
         let zero = R::constant(0.0);
+        let load = self.load(&self.path(ports, state, input, true));
+        let pulled = ports.speed(zero, &motion(actuator, spool, zero, load, zero));
+        state[INTEGRATOR] = spool - actuator.time_constant() * pulled;
+    }
+
+    /// How far the spool would go from `spool`, where it rests, for what drives and pulls it there.
+    #[inline(always)]
+    fn pull_at_rest<P: Ports<R>>(
+        &self,
+        ports: &P,
+        actuator: &Actuator<R>,
+        state: &mut [R],
+        input: &Input<R>,
+        spool: R,
+    ) -> R {
         P::outlined(
             #[inline(always)]
             || {
-                let mut excess = |spool: R| {
-                    (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
-                    let path = self.path(ports, state, input, true);
-                    let (drive, _) = actuator.derivative(spool, spool, input.command);
-                    let motion = motion(actuator, spool, zero, self.load(&path), zero);
-                    ports.drive(drive, &motion) / actuator.gain()
-                };
-                let mut before = input.command;
-                let mut pull = excess(before);
-                let mut spool = before + pull;
-                for _ in 0..2 {
-                    let now = excess(spool);
-                    let change = now - pull;
-                    let next = spool - now * ((spool - before) / change);
-                    (before, pull) = (spool, now);
-                    spool = change.abs().if_positive(next, spool);
-                }
+                let zero = R::constant(0.0);
                 (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
-                // Where something pulls behind the integrator, that leads by as much.
-                let load = self.load(&self.path(ports, state, input, true));
-                let pulled = ports.speed(zero, &motion(actuator, spool, zero, load, zero));
-                state[INTEGRATOR] = spool - actuator.time_constant() * pulled;
+                let path = self.path(ports, state, input, true);
+                let (drive, _) = actuator.derivative(spool, spool, input.command);
+                let motion = motion(actuator, spool, zero, self.load(&path), zero);
+                ports.drive(drive, &motion) / actuator.gain()
             },
-        );
+        )
     }
 }
 

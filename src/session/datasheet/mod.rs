@@ -17,6 +17,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+/// The search whose best is polished: it need find the valley, and no more.
+const LARGE: Settings = Settings {
+    itr: 25,
+    ..Settings::large()
+};
+
 /// The curves of a datasheet, and how they are fitted: what the command `datasheet` does with them, too.
 #[derive(Debug, Clone)]
 pub struct Datasheet {
@@ -176,7 +182,7 @@ impl Datasheet {
 impl PreparedSheets {
     /// How many generations the longest search of a curve has.
     pub fn generations(&self) -> usize {
-        Settings::large().itr
+        LARGE.itr
     }
 
     /// What has to be said of the curves.
@@ -289,7 +295,7 @@ impl PreparedSheets {
             ),
             (
                 "large search, uniform start, polished",
-                plan(Settings::large(), Start::Uniform, true),
+                plan(LARGE, Start::Uniform, true),
             ),
         ]
     }

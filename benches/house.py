@@ -25,6 +25,7 @@ TEST = re.compile(r"#\[cfg\((?:all\()?test\b[^\]]*\]")
 USE = re.compile(r"(\bpub(?:\([^)]*\))?\s+)?\buse\s+([^;]+);")
 GROUP = re.compile(r"([\w:]*)\{([^{}]*)\}")
 MODULE = re.compile(r"\bmod\s+(\w+)\s*;")
+INNER_MODULE = re.compile(r"\bmod\s+\w+\s*\{")
 ITEM = re.compile(r"\b(?:fn|struct|enum|trait|type|const|static|union|macro_rules!)\s+(?:mut\s+)?(\w+)")
 PATH = re.compile(r"(?<![\w:.])\w+(?:\s*::\s*\w+)+")
 CRATES, MACROS = {}, {}
@@ -63,6 +64,11 @@ class Module:
             end = block_end(self.code, end.start()) if end[0] == "{" else end.end()
             self.lines -= self.code.count("\n", test.start(), end) + 1
             self.code = self.code[: test.start()] + re.sub(r"[^\n]", " ", self.code[test.start() : end]) + self.code[end:]
+        # What is above a module inside this file is this file.
+        for inner in INNER_MODULE.finditer(self.code):
+            end = block_end(self.code, inner.start())
+            block = re.sub(r"\bsuper\b", "self ", self.code[inner.start() : end])
+            self.code = self.code[: inner.start()] + block + self.code[end:]
         self.uses = [(use[1], *leaf) for use in USE.finditer(self.code) for leaf in leaves(use[2])]
         self.imports = {name: path for _, path, name in self.uses if name != "*"}
         self.body = MODULE.sub("", USE.sub("", self.code))

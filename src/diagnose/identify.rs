@@ -140,6 +140,17 @@ fn base_fit(
     Ok(Fitted::new(problem, found, &asked.measurements, None, plan))
 }
 
+/// What share of a held-out channel's motion `fitted` follows at least, beside the `noise`.
+fn least_followed(fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> f64 {
+    let errors = fitted.errors.hold_out.iter();
+    let followed = errors.filter_map(|(name, error)| {
+        let left = 1.0 - error.fit_percent? / 100.0;
+        let beside = 1.0 - (noise[name].value / error.rmse).powi(2);
+        Some(1.0 - left * beside.max(0.0).sqrt())
+    });
+    followed.fold(1.0, f64::min)
+}
+
 /// The held-out error of a result, squared, in units of noise and summed over all channels.
 fn held_out_cost(result: &Identified) -> f64 {
     let errors = result.after.errors.hold_out.iter();
@@ -207,6 +218,7 @@ impl Diagnosis<'_> {
             added: false,
             structured_before: before.structured(),
             structured_after: before.structured(),
+            least_followed: 1.0,
             least_ratio: 0.0,
         };
         let mut after = None;
@@ -328,6 +340,7 @@ impl Diagnosis<'_> {
         let candidate = self.fitted(base, &found.model)?;
         criteria.added = true;
         criteria.structured_after = candidate.structured();
+        criteria.least_followed = least_followed(&candidate, base.noise);
         criteria.least_ratio = self.least_ratio(&candidate, base.noise);
         if matches!(criteria.verdict(), Verdict::Found | Verdict::Partly) {
             return Ok(Some(candidate));

@@ -12,8 +12,9 @@
 //!    ended, and are exchanged and dropped where the others have made them worse or superfluous; pairs are tried where none
 //!    helps alone.
 //! 4. *Grades*: effects are `found` if they bring the held-out error of every channel to its noise and leave nothing structured,
-//!    and a part (`partly`) if they explain 80 % of what was above it. Otherwise the verdict is `unexplained`, and the report
-//!    describes what is missing by a curve of one signal at one port, under `free_form`, never under a physical name.
+//!    and a part (`partly`) if they explain 80 % of what was above it and the model follows half of each channel's motion.
+//!    Otherwise the verdict is `unexplained`, and the report describes what is missing by a curve of one signal at one port,
+//!    under `free_form`, never under a physical name.
 //! 5. *Not asked*: where no effect was looked for, or not to the end, the verdict is `not_diagnosed`.
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,

@@ -5,6 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Effects are a part of what is missing if they explain this share of what the base model leaves above the noise. Something
 /// else that merely resembles an effect seldom follows it so closely.
 const EXPLAINED: f64 = 0.8;
+/// They are no part of what a model lacks that fails: of each channel it has to follow this share of what is held out.
+const FOLLOWED: f64 = 0.5;
 /// And the whole of it if the held-out error of every channel may be below this many times its noise, which itself is known
 /// to a few percent, and nothing that is left depends on anything known.
 pub(super) const NEAR: f64 = 1.15;
@@ -54,6 +56,8 @@ pub(super) struct Criteria {
     pub(super) structured_before: bool,
     /// Whether the residual has structure with the effects.
     pub(super) structured_after: bool,
+    /// What share of a held-out channel's motion the model follows at least, beside its noise, with the effects.
+    pub(super) least_followed: f64,
     /// What the held-out error of every channel is at least over its noise, with the effects: the lower end of the largest 95 %
     /// interval.
     pub(super) least_ratio: f64,
@@ -69,11 +73,17 @@ impl Criteria {
         }
     }
 
+    /// Whether effects that do not explain everything explain enough to be named.
+    fn is_part(&self) -> bool {
+        let most = !self.structured_after || self.explained() >= EXPLAINED;
+        most && self.least_followed >= FOLLOWED
+    }
+
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
         match (self.added, self.structured_before) {
             (true, _) if !self.structured_after && self.least_ratio < NEAR => Verdict::Found,
-            (true, _) if !self.structured_after || self.explained() >= EXPLAINED => Verdict::Partly,
+            (true, _) if self.is_part() => Verdict::Partly,
             _ if !self.diagnosed => Verdict::NotDiagnosed,
             (false, false) => Verdict::None,
             _ => Verdict::Unexplained,
@@ -93,7 +103,20 @@ mod tests {
             added: true,
             structured_before: true,
             structured_after,
+            least_followed: 0.9,
             least_ratio,
+        }
+    }
+
+    #[test]
+    fn no_part_is_named_of_a_model_that_fails() {
+        let part = criteria(1e6, 1e5, true, 300.0);
+        for (least_followed, verdict) in [(0.6, Verdict::Partly), (0.4, Verdict::Unexplained)] {
+            let criteria = Criteria {
+                least_followed,
+                ..part
+            };
+            assert_eq!(criteria.verdict(), verdict);
         }
     }
 

@@ -1,10 +1,13 @@
 """Records of valves that share no equation with servobee, and what it calls them.
 
-    python benches/strangers/strangers.py --program target/release/servobee --seeds 1,2 [--only CAUSE,...] [--keep FOLDER]
+    python benches/strangers/strangers.py --program target/release/servobee --seeds 1,2 [--only CAUSE;...] [--keep FOLDER]
 
 Each cause is integrated here in steps of 10 us (Euler), by another law than the catalogue's or at another place in the loop, with
 a random valve, command, sampling rate, noise and set of measured channels. A record of 6 s is fitted, another of 4 s under
 another command is held out. Prints a table in Markdown. Needs numpy and numba.
+
+With --left-out no effect is looked for that is a right name of what is planted: whatever is named then is named wrongly. Each
+record measures spool and flow, and where the fault is located is compared with where it is.
 """
 
 import argparse
@@ -16,7 +19,7 @@ import tempfile
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Callable
 
 import numba
@@ -266,8 +269,23 @@ def command(kind, rows, per_second, random, reach):
     return np.concatenate(parts)
 
 
-def write_records(folder, name, seed):
-    """The record to fit and the one to hold out, and a text with what they are made of."""
+def right_names(cause):
+    """The names that are right, and those that nothing tells from them."""
+    right = set(cause.names)
+    for pair in ALIKE:
+        right |= pair if pair & right else set()
+    return right
+
+
+def true_place(cause):
+    """Where it acts, of the three places that cuts at the measured spool tell apart."""
+    if cause.code >= TRANSDUCER:
+        return "spool_sensor"
+    return "behind_spool" if cause.code >= LAPPED else "before_spool"
+
+
+def write_records(folder, name, seed, both=False):
+    """The record to fit and the one to hold out, and a text with what they are made of; `both`: of both channels."""
     cause = CAUSES[name]
     random = np.random.default_rng([seed, list(CAUSES).index(name)])
     per_second = int(random.choice([500, 1000, 1000, 2000]))
@@ -289,6 +307,8 @@ def write_records(folder, name, seed):
     if cause.code >= TRANSDUCER:
         choices.remove("flow")
     channels = random.choice(choices)
+    if both:
+        channels = "both"
     paths = []
     for part, kind, seconds in (("fit", kinds[0], 6), ("hold", kinds[1], 4)):
         rows = seconds * per_second
@@ -312,9 +332,7 @@ def write_records(folder, name, seed):
 def judged(report, cause):
     """right, partly, unexplained, missed or wrong; and the names as the report has them."""
     named, outcomes = [], []
-    right = set(cause.names)
-    for pair in ALIKE:
-        right |= pair if pair & right else set()
+    right = right_names(cause)
     for effect in report["effects"]:
         plain = {one.split("~")[0].split(".")[0] for one in [effect["name"], *effect["tied_with"]]}
         named.append(" or ".join([effect["name"], *effect["tied_with"]]))
@@ -323,7 +341,7 @@ def judged(report, cause):
     verdict = report["verdict"]
     if not outcomes:
         expected = "none" if cause.code == 0 else "unexplained"
-        alike = verdict == expected and not cause.names
+        alike = verdict == expected and not right
         return ("right" if alike else {"none": "missed"}.get(verdict, verdict)), text
     if not any(outcomes):
         return f"wrong ({verdict})", text
@@ -338,35 +356,51 @@ def main():
     parse.add_argument("--only", default=";".join(CAUSES), help="names, separated by semicolons")
     parse.add_argument("--threads", type=int, default=2)
     parse.add_argument("--keep", help="a folder for the records")
+    parse.add_argument("--left-out", action="store_true", help="look for no effect that is a right name")
     asked = parse.parse_args()
     program = os.path.abspath(asked.program)
+    listed = json.loads(subprocess.run([program, "effects", "--json"], capture_output=True, text=True, check=True).stdout)
+    # What shows in the pressure line alone cannot be asked for.
+    catalogue = [effect["name"] for effect in listed if effect["name"] != "leakage"]
     tasks = [(name, int(seed)) for seed in asked.seeds.split(",") for name in asked.only.split(";")]
 
     def run(folder, name, seed):
-        (fit, hold), about = write_records(folder, name, seed)
+        cause = CAUSES[name]
+        (fit, hold), about = write_records(folder, name, seed, asked.left_out)
         began = time.monotonic()
         call = [program, "identify", fit, "--hold-out", hold, "--evaluator", "cpu", "--json", "--quiet"]
+        if asked.left_out:
+            others = [one for one in catalogue if one.split("~")[0].split(".")[0] not in right_names(cause)]
+            call += ["--effects", ",".join(others)]
+            cause = replace(cause, names=())
         ran = subprocess.run(call, capture_output=True, text=True, env={**os.environ, "RAYON_NUM_THREADS": "1"})
         seconds = time.monotonic() - began
         if ran.returncode:
             return name, seed, about, f"exit {ran.returncode}", ran.stderr.strip()[-200:], "", seconds
         report = json.loads(ran.stdout)
-        outcome, named = judged(report, CAUSES[name])
+        outcome, named = judged(report, cause)
         errors = [effect["error_before"] for effect in report["effects"][:1]]
         errors += [effect["error_after"] for effect in report["effects"][-1:]]
         place = (report.get("located") or {}).get("place", "")
+        if asked.left_out and place:
+            right_place = place == true_place(cause)
+            places["right" if right_place else "wrong"] += 1
+            place += "" if right_place else " (wrong)"
         ratio = " -> ".join(f"{error:.2f}" for error in errors)
-        return name, seed, about, outcome, named or place, ratio, seconds
+        where = "; ".join(filter(None, [named, place])) if asked.left_out else named or place
+        return name, seed, about, outcome, where, ratio, seconds
 
     keep = asked.keep or tempfile.mkdtemp()
     os.makedirs(keep, exist_ok=True)
     print("| planted | seed | record | outcome | named, or where | error | s |\n|---|---|---|---|---|---|---|")
-    counts = Counter()
+    counts, places = Counter(), Counter()
     with ThreadPoolExecutor(asked.threads) as pool:
         for name, seed, about, outcome, named, ratio, seconds in pool.map(lambda task: run(keep, *task), tasks):
             print(f"| {name} | {seed} | {about} | {outcome} | {named} | {ratio} | {seconds:.0f} |", flush=True)
             counts[outcome] += 1
     print("\n" + ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common()))
+    if places:
+        print("place: " + ", ".join(f"{count} {which}" for which, count in places.most_common()))
 
 
 if __name__ == "__main__":

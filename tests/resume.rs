@@ -169,7 +169,7 @@ fn a_scorecard_that_is_killed_goes_on_where_it_was() {
         "--groups",
         "single",
         "--only",
-        "gain_curvature",
+        "delay",
         "--count",
         "0.17",
         "--threads",

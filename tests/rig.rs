@@ -412,8 +412,13 @@ fn drifts_and_disturbances_are_those_of_their_numbers() {
     let still = |effect: &str| driven(&[effect], 2.0, |_| 5.0);
     let drift = still("sensor_drift=0.1").spool;
     assert!((drift[1500] - 5.15).abs() < 1e-9);
+    let drift = still("sensor_drift~settling=0.1:warm_up=0.5").spool;
+    let settled = 0.05 * (1.0 - (-3.0f64).exp());
+    assert!((drift[1500] - 5.0 - settled).abs() < 1e-9);
     let oil = still("viscosity_drift=0.02");
     assert!((oil.flow[1500] - 30.0 * 1.03).abs() < 1e-9 && oil.temperature.is_none());
+    let oil = still("viscosity_drift~settling=0.02:warm_up=0.5");
+    assert!((oil.flow[1500] - 30.0 * (1.0 + 0.2 * settled)).abs() < 1e-9);
     let oil = still("viscosity_drift=0.01:heating=20:warm_up=3");
     let temperature = oil.temperature.unwrap();
     let warmed = 20.0 * (1.0 - (-0.5f64).exp());

@@ -3,7 +3,7 @@
 use super::Meter;
 use super::filter::{Lag, PolePair};
 use super::outsider::{self, CREEP_LAG, Oddity, Outsider, strength};
-use super::planted::{Form, Kind, Planted, find, value};
+use super::planted::{Drift, Form, Kind, Planted, find, value};
 use super::valve::{FULL_SCALE, RATED_DROP, Valve};
 
 /// Where sensor and metering edges see the spool.
@@ -151,9 +151,9 @@ impl Opening {
     }
 }
 
-/// Q (1 + drift · t), or with a heating Q (1 + drift · (ϑ − ϑ0)) where the oil warms up.
+/// Q (1 + drift · t), t as [`Drift`] has it, or with a heating Q (1 + drift · (ϑ − ϑ0)) where the oil warms up.
 pub(super) struct Oil {
-    drift: f64,
+    drift: Drift,
     warming: Option<(f64, f64)>,
 }
 
@@ -162,10 +162,13 @@ const COLD: f64 = 40.0;
 
 impl Oil {
     pub(super) fn planted(planted: &[Planted]) -> Self {
-        let drift = find(planted, Kind::ViscosityDrift, Form::Usual);
+        let forms = [Form::Usual, Form::Settling];
+        let drift = forms
+            .iter()
+            .find_map(|&form| find(planted, Kind::ViscosityDrift, form));
         let warming = |p: &Planted| Some((p.key("heating")?, p.key("warm_up")?));
         Self {
-            drift: drift.map_or(0.0, |p| p.value),
+            drift: Drift::of(drift),
             warming: drift.and_then(warming),
         }
     }
@@ -177,7 +180,8 @@ impl Oil {
     }
 
     fn factor(&self, time: f64) -> f64 {
-        1.0 + self.drift * self.temperature(time).map_or(time, |warm| warm - COLD)
+        let warmer = |temperature| self.drift.rate * (temperature - COLD);
+        1.0 + self.temperature(time).map_or(self.drift.at(time), warmer)
     }
 }
 

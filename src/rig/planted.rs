@@ -96,6 +96,8 @@ pub enum Form {
     Knee,
     /// A lag of second order: two equal ones.
     SecondOrder,
+    /// A drift that begins at its rate and comes to rest.
+    Settling,
 }
 
 impl Form {
@@ -120,6 +122,7 @@ impl Form {
             Self::Edges => "edges",
             Self::Knee => "knee",
             Self::SecondOrder => "second_order",
+            Self::Settling => "settling",
         }
     }
 }
@@ -208,10 +211,12 @@ impl Kind {
             Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0,
                 &[], &[("damping", 0.1, USUAL)]),
             Self::ViscosityDrift => entry("viscosity_drift", "1/s", "flow", (-1.0, 1.0), 0.01,
-                &[], &[("heating", f64::NAN, USUAL), ("warm_up", 5.0, USUAL)]),
+                &[Form::Settling],
+                &[("heating", f64::NAN, USUAL), ("warm_up", 5.0, &[Form::Usual, Form::Settling])]),
             Self::SensorLag => entry("sensor_lag", "s", "sensor", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
             Self::SensorOffset => entry("sensor_offset", "unit", "sensor", (-1e3, 1e3), 0.15, &[], &[]),
-            Self::SensorDrift => entry("sensor_drift", "unit/s", "sensor", (-1e3, 1e3), 0.03, &[], &[]),
+            Self::SensorDrift => entry("sensor_drift", "unit/s", "sensor", (-1e3, 1e3), 0.03,
+                &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::PeriodicDisturbance => entry("periodic_disturbance", "unit", "sensor", (-1e3, 1e3), 0.1,
                 &[], &[("frequency", f64::NAN, USUAL), ("phase", f64::NAN, USUAL)]),
         }
@@ -419,6 +424,32 @@ impl Display for Planted {
         self.extra
             .iter()
             .try_for_each(|(key, value)| write!(f, ":{key}={value}"))
+    }
+}
+
+/// What moves with time: at its rate, or ever less.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Drift {
+    /// At the beginning, 1/s.
+    pub(super) rate: f64,
+    /// Time constant with which it comes to rest, s.
+    settling: Option<f64>,
+}
+
+impl Drift {
+    /// None where nothing is `planted`.
+    pub(super) fn of(planted: Option<&Planted>) -> Self {
+        let settles = planted.filter(|p| p.form == Form::Settling);
+        Self {
+            rate: planted.map_or(0.0, |p| p.value),
+            settling: settles.and_then(|p| p.key("warm_up")),
+        }
+    }
+
+    /// How far it has come after `time` s.
+    pub(super) fn at(&self, time: f64) -> f64 {
+        let gone = |constant: f64| -constant * (-time / constant).exp_m1();
+        self.rate * self.settling.map_or(time, gone)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::filter::Lag;
 use super::outsider::{Outsider, odd_sensor};
-use super::planted::{Form, Kind, Planted};
+use super::planted::{Drift, Form, Kind, Planted};
 use crate::record::Channel;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -16,7 +16,7 @@ pub(super) struct Sensor {
     scale: f64,
     lags: Vec<Lag>,
     offset: f64,
-    drift: f64,
+    drift: Drift,
     disturbance: Option<Line>,
     seen: f64,
 }
@@ -68,7 +68,7 @@ impl Sensor {
             scale,
             lags,
             offset: on(Kind::SensorOffset).map_or(0.0, |p| p.value),
-            drift: on(Kind::SensorDrift).map_or(0.0, |p| p.value),
+            drift: Drift::of(on(Kind::SensorDrift)),
             disturbance: on(Kind::PeriodicDisturbance).map(|p| Line::planted(p, rng)),
             seen: value,
         };
@@ -93,7 +93,7 @@ impl Sensor {
         let line = self.disturbance.as_ref().map_or(0.0, |line| {
             line.amplitude * (TAU * line.frequency * time + line.phase).sin()
         });
-        self.scale * seen + self.offset + self.drift * time + line
+        self.scale * seen + self.offset + self.drift.at(time) + line
     }
 }
 

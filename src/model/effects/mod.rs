@@ -203,6 +203,8 @@ catalogue! {
     gain_curvature::GainKnee = KNEE,
     sensor_lag::SensorLagOfSecondOrder = SECOND_ORDER,
     flow_saturation::FlowSaturation,
+    viscosity_drift::ViscosityDriftSettling = SETTLING,
+    sensor_drift::SensorDriftSettling = SETTLING,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

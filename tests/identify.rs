@@ -405,7 +405,12 @@ fn assert_late(report: &Value, known: &[&str]) {
 #[test]
 fn every_effect_of_the_catalogue_can_be_known() {
     let folder = synthesized("delay=0.0047", "1");
-    let few = ["--effects", "delay,overlap", "--max-effects", "1"];
+    let few = [
+        "--effects",
+        "delay,hysteresis,overlap",
+        "--max-effects",
+        "2",
+    ];
     let known = |folder: &Path, effect: &Effect| {
         let known = effect.to_string();
         let known = [known.as_str()];
@@ -426,7 +431,12 @@ fn every_effect_of_the_catalogue_can_be_known() {
 #[test]
 fn two_known_effects_one_of_them_fixed_hide_nothing() {
     let folder = synthesized("delay=0.0047", "1");
-    let few = ["--effects", "delay,overlap", "--max-effects", "1"];
+    let few = [
+        "--effects",
+        "delay,hysteresis,overlap",
+        "--max-effects",
+        "2",
+    ];
     let all = every_effect(Meter::Load);
     for (i, first) in all.iter().enumerate().step_by(if soak() { 1 } else { 3 }) {
         let second = all[(i + 7) % all.len()];
@@ -456,7 +466,12 @@ fn two_known_effects_one_of_them_fixed_hide_nothing() {
 
 #[test]
 fn what_is_planted_and_known_is_followed_with_and_without_another() {
-    let few = ["--effects", "delay,overlap", "--max-effects", "1"];
+    let few = [
+        "--effects",
+        "delay,hysteresis,overlap",
+        "--max-effects",
+        "2",
+    ];
     for (known, planted, name, expected) in [
         ("overlap", "overlap=4", "overlap", 4.0),
         ("null_bias", "null_bias=0.3", "null_bias", 0.3),

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, Verdict, identify};
 use servobee::evaluate::{CpuEvaluator, Precision};
-use servobee::model::effects::{CATALOGUE, entry};
+use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{Channel, Record, Series};
 use servobee::rig::{Command as Rig, Form, Kind, Noise, Setup};
 use servobee::scorecard::{Case, Group, Outcome, Plan, Row, Subject, Variant, run};
@@ -152,8 +152,12 @@ fn rows_that_never_saturate(planted: &[&str], seed: u64) -> [Record; 2] {
 
 /// The diagnosis with the whole catalogue.
 fn all_asked(fitted: &[Record], held_out: &[Record]) -> Identified {
+    asked(CATALOGUE, fitted, held_out)
+}
+
+fn asked(effects: &[&'static Entry], fitted: &[Record], held_out: &[Record]) -> Identified {
     let problem = IdentificationProblem::of(fitted, held_out, Cut::default()).unwrap();
-    let options = Options::on(&problem.structure, CATALOGUE, 4);
+    let options = Options::on(&problem.structure, effects, 4);
     let plan = servobee::search::Plan::of_records(1);
     let mut evaluator = CpuEvaluator::new(Precision::F32);
     identify(problem, &mut evaluator, &plan, &options, &mut |_| {
@@ -310,4 +314,22 @@ fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
         (Verdict::Found, &["slew_limit~rounded"][..])
     );
     assert!(found.error_before > 5.0 && after < 1.15);
+}
+
+/// Where a spool is caught by a spring, half the steps move a few rows by twice the noise, and all together by less.
+#[test]
+fn a_stop_that_is_touched_now_and_then_is_no_error_of_integration() {
+    let case = &cases(&["forms/stroke_limit~soft/6x/0"])[0];
+    let record = case.setup(7).unwrap().record().unwrap();
+    let some = ["stroke_limit", "flow_force~windup"].map(|name| entry(name).unwrap());
+    let found = asked(&some, &[record], &[]);
+    let names: Vec<&str> = found
+        .added
+        .iter()
+        .map(|one| one.effect.entry.name)
+        .collect();
+    println!("{:?} {names:?}", found.verdict);
+    assert_eq!((found.verdict, names[0]), (Verdict::Partly, "stroke_limit"));
+    let largest = found.after.integration_error["flow"];
+    assert!(largest > found.noise["flow"].value, "{largest}");
 }

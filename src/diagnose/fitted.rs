@@ -167,18 +167,32 @@ impl Fitted {
             .filter_map(move |side| side.get(output.name()))
     }
 
-    /// Largest change of each observed channel when the integration steps of the fitted rows are halved.
-    fn largest_changes(&self) -> BTreeMap<String, f64> {
+    /// What each observed channel changes by, in each of the fitted rows, when the integration steps are halved.
+    pub(super) fn changes_of_half_steps(&self) -> impl Iterator<Item = (Output, Vec<f64>)> {
         let structure = &self.problem.structure;
         let refined = self.problem.refined(2);
         let fine = reference::trajectories(structure, &self.values, records(&refined));
-        let coarse = &self.simulated.fit;
-        let change = |&output: &Output| {
-            let pairs = coarse.iter().flatten().zip(fine.iter().flatten());
-            let change = pairs.map(|(a, b)| (a[output] - b[output]).abs());
-            (output.name().to_owned(), change.fold(0.0, f64::max))
+        structure.observed.iter().map(move |&output| {
+            let pairs = self
+                .simulated
+                .fit
+                .iter()
+                .flatten()
+                .zip(fine.iter().flatten());
+            let changes = pairs.map(|(a, b)| a[output] - b[output]);
+            (output, changes.collect())
+        })
+    }
+
+    /// Largest change of each observed channel when the integration steps of the fitted rows are halved.
+    fn largest_changes(&self) -> BTreeMap<String, f64> {
+        let largest = |(output, changes): (Output, Vec<f64>)| {
+            let largest = changes
+                .iter()
+                .fold(0.0, |most: f64, change| most.max(change.abs()));
+            (output.name().to_owned(), largest)
         };
-        structure.observed.iter().map(change).collect()
+        self.changes_of_half_steps().map(largest).collect()
     }
 
     /// An error of an output that says nothing of the model: the integrator's own, or what no file resolves.

@@ -11,6 +11,7 @@ use super::simulation::{Errors, Sides};
 use super::statistics::bootstrap::Improvement;
 use super::statistics::noise::Noise;
 use super::verdict::{NEAR, Verdict};
+use crate::model::Output;
 use crate::model::effects::{CATALOGUE, Effect};
 use crate::search::Fit;
 use crate::{Error, Result};
@@ -112,22 +113,30 @@ impl Identified {
     }
 
     /// Refuses a model whose integrator errs by more than the noise and than the model itself: its figures would say more of
-    /// the integrator. What is known of a run that was broken off is told with that warning.
+    /// the integrator. That is meant of all rows together; a few, where something touches a stop, are worth a warning. What is
+    /// known of a run that was broken off is told with that warning.
     pub(super) fn check_integration(&self) -> Result<()> {
-        if self.broken_off.is_some() {
+        let structure = &self.after.problem.structure;
+        let allowed = |output: Output| {
+            let range = variance(&self.measurements.fit, output).sqrt();
+            let floor = self.noise[output.name()].value.max(TOLERATED * range);
+            floor.max(self.after.errors.fit[output.name()].rmse)
+        };
+        let is_large =
+            |&output: &Output| self.after.integration_error[output.name()] > allowed(output);
+        if self.broken_off.is_some() || !structure.observed.iter().any(is_large) {
             return Ok(());
         }
-        for &output in &self.after.problem.structure.observed {
-            let name = output.name();
-            let range = variance(&self.measurements.fit, output).sqrt();
-            let floor = self.noise[name].value.max(TOLERATED * range);
-            let change = self.after.integration_error[name];
-            if change > floor.max(self.after.errors.fit[name].rmse) {
-                let unit = self.after.problem.structure.unit(output);
+        for (output, changes) in self.after.changes_of_half_steps() {
+            let square = changes.iter().map(|change| change * change).sum::<f64>();
+            let change = (square / changes.len() as f64).sqrt();
+            let allowed = allowed(output);
+            if change > allowed {
+                let (name, unit) = (output.name(), structure.unit(output));
                 return Err(Error::failed(
                     format!(
-                        "halving the integration steps changes the {name} by up to {change:.3e} {unit}, which is more than \
-                         its noise of {floor:.3e} {unit}"
+                        "halving the integration steps changes the {name} by {change:.3e} {unit} (RMS), which is more than noise \
+                         and model leave, {allowed:.3e} {unit}"
                     ),
                     "raise the upper bound of the fastest parameter with --model: the steps follow from the bounds",
                 ));

@@ -155,6 +155,15 @@ fn all_asked(fitted: &[Record], held_out: &[Record]) -> Identified {
     asked(CATALOGUE, fitted, held_out)
 }
 
+/// What was added, in that order.
+fn names(found: &Identified) -> Vec<&'static str> {
+    found
+        .added
+        .iter()
+        .map(|one| one.effect.entry.name)
+        .collect()
+}
+
 fn asked(effects: &[&'static Entry], fitted: &[Record], held_out: &[Record]) -> Identified {
     let problem = IdentificationProblem::of(fitted, held_out, Cut::default()).unwrap();
     let options = Options::on(&problem.structure, effects, 4);
@@ -302,11 +311,7 @@ fn smoothly_limited(seed: u64) -> Record {
 #[test]
 fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
     let found = all_asked(&[smoothly_limited(1)], &[smoothly_limited(2)]);
-    let names: Vec<&str> = found
-        .added
-        .iter()
-        .map(|one| one.effect.entry.name)
-        .collect();
+    let names = names(&found);
     let after = found.added[0].error_after;
     println!("{names:?}: {} -> {after}", found.error_before);
     assert_eq!(
@@ -316,6 +321,16 @@ fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
     assert!(found.error_before > 5.0 && after < 1.15);
 }
 
+/// The same behind a lag that the limit does not reach, and by a curve that is a fourth root.
+#[test]
+fn a_pilot_stage_that_gives_no_more_is_found_behind_its_own_lag() {
+    let case = &cases(&["forms/slew_limit~smooth/3x/1"])[0];
+    let found = all_asked(&[case.setup(7).unwrap().record().unwrap()], &[]);
+    println!("{:?} {:?}", found.verdict, names(&found));
+    assert_eq!(found.verdict, Verdict::Found);
+    assert_eq!(names(&found), ["slew_limit~pilot"]);
+}
+
 /// Where a spool is caught by a spring, half the steps move a few rows by twice the noise, and all together by less.
 #[test]
 fn a_stop_that_is_touched_now_and_then_is_no_error_of_integration() {
@@ -323,11 +338,7 @@ fn a_stop_that_is_touched_now_and_then_is_no_error_of_integration() {
     let record = case.setup(7).unwrap().record().unwrap();
     let some = ["stroke_limit", "flow_force~windup"].map(|name| entry(name).unwrap());
     let found = asked(&some, &[record], &[]);
-    let names: Vec<&str> = found
-        .added
-        .iter()
-        .map(|one| one.effect.entry.name)
-        .collect();
+    let names = names(&found);
     println!("{:?} {names:?}", found.verdict);
     assert_eq!((found.verdict, names[0]), (Verdict::Partly, "stroke_limit"));
     let largest = found.after.integration_error["flow"];

@@ -90,6 +90,8 @@ pub enum Form {
     Elastic,
     /// Metering edges that are rounded, or a limit that is.
     Rounded,
+    /// A limit of what a pilot stage delivers, behind its own lag.
+    Pilot,
     /// Another overlap on either side of null.
     Edges,
     /// A gain that changes at one opening.
@@ -119,6 +121,7 @@ impl Form {
             Self::Soft => "soft",
             Self::Elastic => "elastic",
             Self::Rounded => "rounded",
+            Self::Pilot => "pilot",
             Self::Edges => "edges",
             Self::Knee => "knee",
             Self::SecondOrder => "second_order",
@@ -184,8 +187,8 @@ impl Kind {
                 &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
-                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded],
-                &[("bend", 0.8, &[Form::Rounded])]),
+                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Pilot],
+                &[("bend", 0.8, &[Form::Rounded, Form::Pilot])]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
                 &[Form::Dahl, Form::Lugre, Form::Windup], &[
                     ("excess", f64::NAN, &[Form::Usual, Form::Lugre, Form::Windup]),

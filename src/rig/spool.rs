@@ -37,10 +37,12 @@ enum Speed {
     Smooth(f64),
     /// |z'| ≤ limit.
     Integrator(f64),
-    /// x' follows a hyperbola from v to either limit, from which it stays `bend` away where the two meet, and z goes on.
+    /// x' follows a hyperbola from v to either limit, from which it stays `bend` away where the two meet; z goes on where it
+    /// winds up, and else v as if there were no limit.
     Rounded {
         limit: f64,
         bend: f64,
+        winds_up: bool,
     },
     /// |x'| ≤ limit, and z goes on: a pilot stage that delivers no more (Merritt 1967).
     Windup(f64),
@@ -153,10 +155,15 @@ impl Spool {
         let limit = |kind, form| find(planted, kind, form).map(|p| p.value);
         let slew = |form| limit(Kind::SlewLimit, form);
         let usual = slew(Form::Usual).map(Speed::Limited);
-        let rounded = find(planted, Kind::SlewLimit, Form::Rounded).map(|p| Speed::Rounded {
-            limit: p.value,
-            bend: p.value * p.key("bend").unwrap_or(1.0),
-        });
+        let rounded = [(Form::Rounded, true), (Form::Pilot, false)]
+            .into_iter()
+            .find_map(|(form, winds_up)| {
+                find(planted, Kind::SlewLimit, form).map(|p| Speed::Rounded {
+                    limit: p.value,
+                    bend: p.value * p.key("bend").unwrap_or(1.0),
+                    winds_up,
+                })
+            });
         let speed = usual
             .or(rounded)
             .or_else(|| slew(Form::Smooth).map(Speed::Smooth))
@@ -282,7 +289,7 @@ impl Spool {
         };
         match self.speed {
             Speed::Limited(limit) | Speed::Windup(limit) => w.clamp(-limit, limit),
-            Speed::Rounded { limit, bend } => {
+            Speed::Rounded { limit, bend, .. } => {
                 let steep = w * f64::hypot(limit, bend) / limit;
                 (f64::hypot(steep + limit, bend) - f64::hypot(steep - limit, bend)) / 2.0
             }
@@ -296,7 +303,10 @@ impl Spool {
         self.flow_force_behind != 0.0
             || matches!(self.friction, Friction::Windup { .. })
             || matches!(self.stop, Stop::Windup(_) | Stop::Elastic { .. })
-            || matches!(self.speed, Speed::Windup(_) | Speed::Rounded { .. })
+            || matches!(
+                self.speed,
+                Speed::Windup(_) | Speed::Rounded { winds_up: true, .. }
+            )
     }
 
     fn step_with_sticking(&mut self, command: [f64; 2], drop: f64, h: f64) {

@@ -2,7 +2,7 @@
 //!
 //! An effect attaches at a [`Port`] and changes what passes there. Where two attach at the same port the one that stands
 //! first in the catalogue acts first. At its neutral values an effect changes nothing, not even the last bit; one whose curve has
-//! no straight part (`slew_limit~rounded`) changes less than 2e-5 of the range.
+//! no straight part (`slew_limit~rounded`, `slew_limit~pilot`) changes less than 4e-5 of the range.
 
 mod act;
 mod entry;
@@ -195,7 +195,9 @@ catalogue! {
     stroke_limit::StrokeLimitBehind = BEHIND,
     stroke_limit::StrokeLimitOfCommand = COMMAND,
     stroke_limit::StrokeLimitElastic = ELASTIC,
+    stroke_limit::StrokeLimitClipped = CLIPPED,
     slew_limit::SlewLimitRounded = ROUNDED,
+    slew_limit::SlewLimitOfPilot = PILOT,
     slew_limit::SlewLimitOfCommand = COMMAND,
     hysteresis::HysteresisOfFeedback = FEEDBACK,
     overlap::OverlapRounded = ROUNDED,

@@ -172,6 +172,55 @@ impl<R: Real> Act<R> for SlewLimitRounded<R> {
     }
 }
 
+pub(super) const PILOT: Entry = Entry {
+    name: "slew_limit~pilot",
+    summary: "The spool's speed is the flow of a pilot stage, which comes gradually to its limit behind its own lag",
+    finding: "the spool comes gradually to a speed of {slew_limit_pilot}, and stays there while its pilot stage comes back",
+    equation: "T dv/dt = K sat(u - x, S) - v, q = v sqrt(1 + w^2), dx/dt = (sqrt((q + R)^2 + (w R)^2) - sqrt((q - R)^2 + (w R)^2))/2; \
+               R = slew_limit_pilot, w = pilot_rounding",
+    shows: "fast stretches that are the slower the more is asked for, and that end late by the lag of the pilot stage",
+    confused: "slew_limit, whose speed comes back from its limit at once; slew_limit~rounded, after which the spool overshoots",
+    parameters: |scale, _| {
+        vec![
+            limit("slew_limit_pilot", scale),
+            Parameter::log("pilot_rounding", "1", 0.05, 0.5, 10.0),
+        ]
+    },
+    ..ROUNDED
+};
+
+/// The spool's speed is a curve of the pilot stage's state, which goes on behind it.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitOfPilot<R> {
+    flow: SlewLimitRounded<R>,
+}
+
+impl<R: Real> SlewLimitOfPilot<R> {
+    #[inline(always)]
+    pub(super) fn new(next: impl FnMut() -> R) -> Self {
+        Self {
+            flow: SlewLimitRounded::new(next),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitOfPilot<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+        // The lag follows what drives it and not the spool: z = x + T v leads by what the curve takes from v.
+        drive - (motion.speed - self.speed(motion.speed, motion))
+    }
+
+    #[inline(always)]
+    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+        self.flow.speed(speed, motion)
+    }
+}
+
 pub(super) const COMMAND: Entry = Entry {
     name: "slew_limit~command",
     summary: "The amplifier's ramp generator limits the rate of the command",
@@ -335,6 +384,20 @@ mod tests {
         // The algebraic curve v / sqrt(1 + (v / R)^2), to which it tends.
         let root = 0.5f64.sqrt();
         assert!((at(10.0, 100.0) / 100.0 - root).abs() < 2e-3);
+    }
+
+    /// T v' = z' − x' of the lead z = x + T v: the pilot stage's lag, whatever the spool makes of its flow.
+    #[test]
+    fn a_pilot_stage_lags_as_if_it_had_no_limit() {
+        let mut values = [100.0, 0.05].into_iter();
+        let effect: SlewLimitOfPilot<f64> = SlewLimitOfPilot::new(|| values.next().unwrap());
+        for speed in [-500.0, 20.0, 130.0] {
+            let motion = Motion { speed, ..START };
+            let spool = effect.speed(speed, &motion);
+            let lead = effect.drive(40.0, &motion);
+            assert!((lead - spool - (40.0 - speed)).abs() < 1e-9);
+            assert!((spool - speed.clamp(-100.0, 100.0)).abs() < 1.0, "{spool}");
+        }
     }
 
     #[test]

@@ -169,6 +169,42 @@ impl<R: Real> Act<R> for StrokeLimitOfCommand<R> {
     }
 }
 
+pub(super) const CLIPPED: Entry = Entry {
+    name: "stroke_limit~clipped",
+    summary: "The spool stops at the end of its stroke, and the loop goes on as if it did not",
+    finding: "the spool stops at {stroke_limit_clipped}, while its drive and the loop, which is closed there, go on",
+    equation: "clamp(x, ±stroke_limit_clipped) is what opens the ports and what its sensor sees; the loop has x",
+    shows: "flat tops at large openings, and beside them no other motion than without a stop",
+    confused: "stroke_limit, whose loop stops with the spool and leaves it as soon as the command turns",
+    source: "loops that are closed at a drive with a compliant coupling to the spool",
+    parameters: |scale, _| vec![limit("stroke_limit_clipped", scale)],
+    ..ENTRY
+};
+
+/// The spool stops, and its loop does not know.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct StrokeLimitClipped<R> {
+    limit: R,
+}
+
+impl<R: Real> StrokeLimitClipped<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { limit: next() }
+    }
+}
+
+impl<R: Real> Act<R> for StrokeLimitClipped<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn place(&self, spool: R, _speed: R) -> R {
+        spool.clamp(-self.limit, self.limit)
+    }
+}
+
 pub(super) const ELASTIC: Entry = Entry {
     name: "stroke_limit~elastic",
     summary: "The spool runs into an elastic stop, and the loop's integrator runs on",
@@ -270,6 +306,17 @@ mod tests {
         let effect: StrokeLimitElastic<f64> = StrokeLimitElastic::new(|| values.next().unwrap());
         let speed = |spool| effect.speed(50.0, &at(spool));
         assert_eq!([1.0, 2.0, -2.0].map(speed), [50.0, -50.0, 150.0]);
+    }
+
+    #[test]
+    fn a_loop_that_does_not_know_of_the_stop_goes_on() {
+        let mut values = [1.5].into_iter();
+        let effect: StrokeLimitClipped<f64> = StrokeLimitClipped::new(|| values.next().unwrap());
+        assert_eq!(
+            [1.0, 2.0, -2.0].map(|x| effect.place(x, 90.0)),
+            [1.0, 1.5, -1.5]
+        );
+        assert_eq!(effect.end_step(4.0, 2.0, 50.0, &at(1.4), 1e-3), (4.0, 2.0));
     }
 
     #[test]

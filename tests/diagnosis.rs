@@ -331,6 +331,26 @@ fn a_pilot_stage_that_gives_no_more_is_found_behind_its_own_lag() {
     assert_eq!(names(&found), ["slew_limit~pilot"]);
 }
 
+#[test]
+fn a_form_with_more_parameters_that_are_not_needed_is_no_tie() {
+    let forms = ["periodic_disturbance", "periodic_disturbance~overtone"];
+    let forms = forms.map(|name| entry(name).unwrap());
+    for (planted, name) in [("", forms[0].name), ("~overtone", forms[1].name)] {
+        let hum = format!("periodic_disturbance{planted}=0.1:frequency=51.3").parse();
+        let setup = Setup {
+            planted: vec![hum.unwrap()],
+            ..Setup::default()
+        };
+        let found = asked(&forms, &[setup.record().unwrap()], &[]);
+        println!("{:?} {:?}", found.verdict, names(&found));
+        assert_eq!(
+            (found.verdict, &names(&found)[..]),
+            (Verdict::Found, &[name][..])
+        );
+        assert_eq!(found.added[0].tied_with, []);
+    }
+}
+
 /// Where a spool is caught by a spring, half the steps move a few rows by twice the noise, and all together by less.
 #[test]
 fn a_stop_that_is_touched_now_and_then_is_no_error_of_integration() {

@@ -119,6 +119,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "sensor_drift",
         "sensor_drift~settling",
         "periodic_disturbance",
+        "periodic_disturbance~overtone",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -432,7 +433,7 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 48] = [
+const TWINS: [Twin; 49] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -641,6 +642,15 @@ const TWINS: [Twin; 48] = [
             ("disturbance_frequency_flow", 51.3),
             ("disturbance_sine_flow", 0.438_791_280_945_186_4),
             ("disturbance_cosine_flow", 0.239_712_769_302_101_5),
+        ],
+    ),
+    (
+        "periodic_disturbance~overtone.flow=0.5:frequency=51.3:phase=0.0000001:share=0.4",
+        "periodic_disturbance~overtone.flow",
+        &[
+            ("ripple_frequency_flow", 51.3),
+            ("ripple_sine_flow", 0.5),
+            ("overtone_sine_flow", 0.2),
         ],
     ),
 ];

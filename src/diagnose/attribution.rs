@@ -461,7 +461,6 @@ impl<'a, 'b> Selection<'a, 'b> {
     fn best<'m>(&self, models: &[&'m Model]) -> Option<&'m Model> {
         let loss = |model: &Model| model.loss(Side::HoldOut);
         let lowest = models.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)))?;
-        let size = |model: &Model| model.problem.free().len();
         models
             .iter()
             .filter(|one| self.same(lowest, one))
@@ -633,7 +632,9 @@ impl<'a, 'b> Selection<'a, 'b> {
                     }),
                 });
                 for (other, rival) in rivals {
-                    if self.same(&rival, model) && self.worth(&reduced, &rival) {
+                    // What a form has more than the one that is as good is not needed: that is no other cause.
+                    let richer = other.is_form_of(&effect) && size(&rival) > size(model);
+                    if !richer && self.same(&rival, model) && self.worth(&reduced, &rival) {
                         tied.push((rival.loss(Side::HoldOut), other));
                     }
                 }
@@ -688,6 +689,11 @@ impl<'a, 'b> Selection<'a, 'b> {
 /// Held-out cost of a model above the noise.
 pub(super) fn excess(model: &Model) -> f64 {
     (model.loss(Side::HoldOut) - 1.0).max(0.0)
+}
+
+/// Parameters that are fitted.
+fn size(model: &Model) -> usize {
+    model.problem.free().len()
 }
 
 /// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough. `excess` is the

@@ -100,6 +100,8 @@ pub enum Form {
     SecondOrder,
     /// A drift that begins at its rate and comes to rest.
     Settling,
+    /// A line with a share of it at twice the frequency.
+    Overtone,
 }
 
 impl Form {
@@ -126,6 +128,7 @@ impl Form {
             Self::Knee => "knee",
             Self::SecondOrder => "second_order",
             Self::Settling => "settling",
+            Self::Overtone => "overtone",
         }
     }
 }
@@ -221,7 +224,11 @@ impl Kind {
             Self::SensorDrift => entry("sensor_drift", "unit/s", "sensor", (-1e3, 1e3), 0.03,
                 &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::PeriodicDisturbance => entry("periodic_disturbance", "unit", "sensor", (-1e3, 1e3), 0.1,
-                &[], &[("frequency", f64::NAN, USUAL), ("phase", f64::NAN, USUAL)]),
+                &[Form::Overtone], &[
+                    ("frequency", f64::NAN, &[Form::Usual, Form::Overtone]),
+                    ("phase", f64::NAN, &[Form::Usual, Form::Overtone]),
+                    ("share", 0.5, &[Form::Overtone]),
+                ]),
         }
     }
 

@@ -21,11 +21,12 @@ pub(super) struct Sensor {
     seen: f64,
 }
 
-/// amplitude · sin(2π frequency t + phase)
+/// amplitude · (sin(2π frequency t + phase) + overtone · sin(4π frequency t + phase))
 struct Line {
     amplitude: f64,
     frequency: f64,
     phase: f64,
+    overtone: f64,
 }
 
 impl Line {
@@ -37,6 +38,7 @@ impl Line {
             amplitude: planted.value,
             frequency: planted.key("frequency").unwrap_or(frequency),
             phase: planted.key("phase").unwrap_or(phase),
+            overtone: planted.key("share").unwrap_or(0.0),
         }
     }
 }
@@ -91,7 +93,9 @@ impl Sensor {
             _ => self.seen,
         };
         let line = self.disturbance.as_ref().map_or(0.0, |line| {
-            line.amplitude * (TAU * line.frequency * time + line.phase).sin()
+            let turned = TAU * line.frequency * time;
+            let overtone = (2.0 * turned + line.phase).sin();
+            line.amplitude * ((turned + line.phase).sin() + line.overtone * overtone)
         });
         self.scale * seen + self.offset + self.drift.at(time) + line
     }

@@ -134,7 +134,7 @@ pub(crate) fn plant(parameters: &mut [Parameter], effect: Effect, scale: &Scale,
 }
 
 /// What a trial leaves absent, or too small to compare anything with.
-const AUDIBLE: [(&str, f64); 8] = [
+const AUDIBLE: [(&str, f64); 20] = [
     ("stiction", 0.3),
     ("stribeck_speed", 10.0),
     ("disturbance_sine_spool", 1.0),
@@ -143,6 +143,18 @@ const AUDIBLE: [(&str, f64); 8] = [
     ("disturbance_cosine_flow", -4.0),
     ("disturbance_sine_position", 20.0),
     ("disturbance_cosine_position", -15.0),
+    ("ripple_sine_spool", 1.0),
+    ("ripple_cosine_spool", 0.5),
+    ("overtone_sine_spool", 0.6),
+    ("overtone_cosine_spool", -0.7),
+    ("ripple_sine_flow", 5.0),
+    ("ripple_cosine_flow", 2.5),
+    ("overtone_sine_flow", 3.0),
+    ("overtone_cosine_flow", -3.5),
+    ("ripple_sine_position", 20.0),
+    ("ripple_cosine_position", 10.0),
+    ("overtone_sine_position", 12.0),
+    ("overtone_cosine_position", -14.0),
 ];
 
 /// `base` with `effects`, each at this one of its trials (the last where it has fewer), searched near there.

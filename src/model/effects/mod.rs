@@ -207,6 +207,7 @@ catalogue! {
     flow_saturation::FlowSaturation,
     viscosity_drift::ViscosityDriftSettling = SETTLING,
     sensor_drift::SensorDriftSettling = SETTLING,
+    periodic_disturbance::PeriodicDisturbanceWithOvertone = OVERTONE,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

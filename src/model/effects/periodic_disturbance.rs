@@ -2,8 +2,25 @@
 
 use super::entry;
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Moment, Port};
-use crate::model::{Parameter, Real};
+use super::{Act, Entry, Moment, Port, Scale};
+use crate::model::{Output, Parameter, Real};
+
+/// A frequency below `nyquist` times the one up to which rows tell it from a lower one.
+fn frequency(name: &str, scale: &Scale, output: Option<Output>, nyquist: f64) -> Parameter {
+    Parameter::log(
+        &entry::on(name, output),
+        "Hz",
+        2.0 / scale.length,
+        50.0_f64.min(0.2 / scale.interval).max(3.0 / scale.length),
+        0.49 * nyquist / scale.interval,
+    )
+}
+
+fn amplitude(name: &str, scale: &Scale, output: Option<Output>) -> Parameter {
+    let most = 0.5 * scale.output(output);
+    let name = entry::on(name, output);
+    Parameter::linear(&name, scale.unit(output), -most, 0.0, most)
+}
 
 pub(super) const ENTRY: Entry = Entry {
     name: "periodic_disturbance",
@@ -16,27 +33,9 @@ pub(super) const ENTRY: Entry = Entry {
     source: "pump ripple at pistons times speed; mains at 50 or 60 Hz",
     parameters: |scale, output| {
         vec![
-            Parameter::log(
-                &entry::on("disturbance_frequency", output),
-                "Hz",
-                2.0 / scale.length,
-                50.0_f64.min(0.2 / scale.interval).max(3.0 / scale.length),
-                0.49 / scale.interval,
-            ),
-            Parameter::linear(
-                &entry::on("disturbance_sine", output),
-                scale.unit(output),
-                -0.5 * scale.output(output),
-                0.0,
-                0.5 * scale.output(output),
-            ),
-            Parameter::linear(
-                &entry::on("disturbance_cosine", output),
-                scale.unit(output),
-                -0.5 * scale.output(output),
-                0.0,
-                0.5 * scale.output(output),
-            ),
+            frequency("disturbance_frequency", scale, output, 1.0),
+            amplitude("disturbance_sine", scale, output),
+            amplitude("disturbance_cosine", scale, output),
         ]
     },
     trials: |scale, output| {
@@ -88,22 +87,88 @@ impl<R: Real> Act<R> for PeriodicDisturbance<R> {
     }
 }
 
+pub(super) const OVERTONE: Entry = Entry {
+    name: "periodic_disturbance~overtone",
+    summary: "Pump ripple or vibration is added to the measurement, with its first overtone",
+    finding: "a ripple of {ripple_frequency} and its overtone are added to the measured {output}",
+    equation: "y + a sin(2 pi f t) + b cos(2 pi f t) + c sin(4 pi f t) + d cos(4 pi f t)",
+    shows: "two lines in the residual's spectrum, one at twice the frequency of the other, which go on at rest",
+    confused: "periodic_disturbance, which has one line",
+    parameters: |scale, output| {
+        let line = |name| amplitude(name, scale, output);
+        vec![
+            frequency("ripple_frequency", scale, output, 0.5),
+            line("ripple_sine"),
+            line("ripple_cosine"),
+            line("overtone_sine"),
+            line("overtone_cosine"),
+        ]
+    },
+    trials: |scale, output| {
+        let line = output.and_then(|output| scale.lines[output]);
+        let small = 1e-3 * scale.output(output);
+        // The strongest line is the tone or its overtone.
+        let of = |share: f64| line.map(|line| vec![share * line, small, small, small, small]);
+        [1.0, 0.5].into_iter().filter_map(of).collect()
+    },
+    frequency: Some("ripple_frequency"),
+    ..ENTRY
+};
+
+/// Pump ripple is added to the measurement, with an overtone.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct PeriodicDisturbanceWithOvertone<R> {
+    tone: PeriodicDisturbance<R>,
+    overtone: PeriodicDisturbance<R>,
+}
+
+impl<R: Real> PeriodicDisturbanceWithOvertone<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        let tone = PeriodicDisturbance::new(&mut next);
+        let overtone = PeriodicDisturbance {
+            frequency: tone.frequency + tone.frequency,
+            sine: next(),
+            cosine: next(),
+        };
+        Self { tone, overtone }
+    }
+}
+
+impl<R: Real> Act<R> for PeriodicDisturbanceWithOvertone<R> {
+    #[inline(always)]
+    fn measure(&self, own: &[R], value: R, moment: &Moment<R>) -> R {
+        let value = self.tone.measure(own, value, moment);
+        self.overtone.measure(own, value, moment)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const MOMENT: Moment<f64> = Moment {
+        time: 2.0,
+        temperature: 50.0,
+        opening: 3.0,
+        drop: 10.0,
+        relative_drop: 1.0,
+    };
 
     #[test]
     fn it_adds_a_sine_and_a_cosine() {
         let mut values = [50.125, 0.3, 0.4].into_iter();
         let effect: PeriodicDisturbance<f64> = PeriodicDisturbance::new(|| values.next().unwrap());
-        let moment = Moment {
-            time: 2.0,
-            temperature: 50.0,
-            opening: 3.0,
-            drop: 10.0,
-            relative_drop: 1.0,
-        };
         // 100 and a quarter turns: the sine alone.
-        assert!((effect.measure(&[], 1.0, &moment) - 1.3).abs() < 1e-9);
+        assert!((effect.measure(&[], 1.0, &MOMENT) - 1.3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_overtone_turns_twice_as_fast() {
+        let mut values = [50.125, 0.3, 0.4, 0.05, 0.07].into_iter();
+        let effect: PeriodicDisturbanceWithOvertone<f64> =
+            PeriodicDisturbanceWithOvertone::new(|| values.next().unwrap());
+        // A quarter and a half turn: the sine of the one, and less the cosine of the other.
+        assert!((effect.measure(&[], 1.0, &MOMENT) - 1.23).abs() < 1e-9);
     }
 }

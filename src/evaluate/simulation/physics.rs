@@ -102,9 +102,8 @@ fn traced(
     let plant = Plant::new(structure, values);
     trace.seal();
 
-    let input = |name: &str| Input::from_names(|field| trace.read(format!("{name}.{field}")));
     let state = state_of("state", &names, trace);
-    let now = input("input");
+    let now = input(trace, "input");
     let position = trace.read("position");
     let step = trace.read("step");
     let arrived = trace.read("arrived");
@@ -119,22 +118,13 @@ fn traced(
     let moved = advance::<Traced, MOST_STATES, _>(
         &plant,
         state,
-        [&input("start"), &input("middle"), &input("end")],
+        ["start", "middle", "end"]
+            .map(|when| input(trace, when))
+            .each_ref(),
         step,
     );
 
-    let padded = |values: [Traced; MOST_STATES]| match names.is_empty() {
-        true => vec![Traced::constant(0.0)],
-        false => values[..names.len()].to_vec(),
-    };
-    let function = |name, arguments, kind, results| Function {
-        name,
-        arguments,
-        kind,
-        results,
-    };
-    const PLANT: (&str, Kind) = ("plant", Kind::Plant);
-    const STATE: (&str, Kind) = ("state", Kind::State);
+    let padded = |values| padded(values, &names);
     const INPUT: (&str, Kind) = ("input", Kind::Input);
     const ARRIVED: (&str, Kind) = ("arrived", Kind::Real);
     let mut functions = vec![
@@ -178,54 +168,7 @@ fn traced(
         ),
     ];
     if exact_steps {
-        let [stride, exact_step, turn] = exact_steps_of(trace, structure, &plant);
-        let mut after = state_of("after", &names, trace);
-        let course = [(&state, "start"), (&after, "end")]
-            .map(|(state, when)| plant.unfiltered(state, &input(when)));
-        if let [Some(earlier), Some(later)] = &course {
-            plant.filter(&mut after, [earlier, later], step);
-        }
-        const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];
-        functions.extend([
-            function(
-                "stride_of",
-                &[PLANT, ("length", Kind::Real)],
-                Kind::Stride,
-                stride,
-            ),
-            function(
-                "exact_step",
-                &[PLANT, ("stride", Kind::Stride), STATE, RUNS[0], RUNS[1]],
-                Kind::ExactStep,
-                exact_step,
-            ),
-            function(
-                "turn",
-                &[
-                    PLANT,
-                    ("stride", Kind::Stride),
-                    STATE,
-                    RUNS[0],
-                    RUNS[1],
-                    ("left", Kind::Real),
-                ],
-                Kind::ExactStep,
-                turn,
-            ),
-            function(
-                "follow",
-                &[
-                    PLANT,
-                    STATE,
-                    ("after", Kind::State),
-                    ("start", Kind::Input),
-                    ("end", Kind::Input),
-                    ("step", Kind::Real),
-                ],
-                Kind::State,
-                padded(after),
-            ),
-        ]);
+        functions.extend(of_exact_steps(trace, structure, &plant, &state, step));
     }
     let slip_direction = plant.slip_direction(&state, &now);
     let stage = Stage {
@@ -243,6 +186,89 @@ fn traced(
     let mut settled = after;
     plant.end_step(&state, &mut settled, [&now, &now], slip_direction, step);
     (functions, remembered == state && settled == after)
+}
+
+const PLANT: (&str, Kind) = ("plant", Kind::Plant);
+const STATE: (&str, Kind) = ("state", Kind::State);
+
+fn function(
+    name: &'static str,
+    arguments: &'static [(&'static str, Kind)],
+    kind: Kind,
+    results: Vec<Traced>,
+) -> Function {
+    Function {
+        name,
+        arguments,
+        kind,
+        results,
+    }
+}
+
+/// The states that have these names; one that is not used where there are none.
+fn padded(values: [Traced; MOST_STATES], names: &[String]) -> Vec<Traced> {
+    match names.is_empty() {
+        true => vec![Traced::constant(0.0)],
+        false => values[..names.len()].to_vec(),
+    }
+}
+
+/// What a spool that moves in exact steps has besides, from `state` on: the steps, and the filters that follow them.
+fn of_exact_steps(
+    trace: &Trace,
+    structure: &Structure,
+    plant: &Plant<Traced>,
+    state: &[Traced; MOST_STATES],
+    step: Traced,
+) -> [Function; 4] {
+    let names = structure.states();
+    let [stride, exact_step, turn] = exact_steps_of(trace, structure, plant);
+    let mut after = state_of("after", &names, trace);
+    let course = [(state, "start"), (&after, "end")]
+        .map(|(state, when)| plant.unfiltered(state, &input(trace, when)));
+    if let [Some(earlier), Some(later)] = &course {
+        plant.filter(&mut after, [earlier, later], step);
+    }
+    const STRIDE: (&str, Kind) = ("stride", Kind::Stride);
+    const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];
+    [
+        function(
+            "stride_of",
+            &[PLANT, ("length", Kind::Real)],
+            Kind::Stride,
+            stride,
+        ),
+        function(
+            "exact_step",
+            &[PLANT, STRIDE, STATE, RUNS[0], RUNS[1]],
+            Kind::ExactStep,
+            exact_step,
+        ),
+        function(
+            "turn",
+            &[PLANT, STRIDE, STATE, RUNS[0], RUNS[1], ("left", Kind::Real)],
+            Kind::ExactStep,
+            turn,
+        ),
+        function(
+            "follow",
+            &[
+                PLANT,
+                STATE,
+                ("after", Kind::State),
+                ("start", Kind::Input),
+                ("end", Kind::Input),
+                ("step", Kind::Real),
+            ],
+            Kind::State,
+            padded(after, &names),
+        ),
+    ]
+}
+
+/// What drives the model, read from the fields of `argument`.
+fn input(trace: &Trace, argument: &str) -> Input<Traced> {
+    Input::from_names(|field| trace.read(format!("{argument}.{field}")))
 }
 
 /// The states, read from the fields `names` of `argument`.

@@ -5,7 +5,7 @@ mod signature;
 use super::plot::scatter;
 use super::table::{number, table};
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use comfy_table::{ContentArrangement, Table, presets};
+use comfy_table::{ColumnConstraint, ContentArrangement, Table, presets};
 use servobee::model::Output;
 use servobee::model::effects::{CATALOGUE, Effect, Entry};
 use servobee::report::effects_json;
@@ -71,6 +71,10 @@ fn text(heads: Option<&[&str]>, rows: impl IntoIterator<Item = Vec<String>>) -> 
     table.add_rows(rows);
     for column in table.column_iter_mut() {
         column.set_padding((0, 2));
+    }
+    // What stands first is asked for by its name, which is read and copied whole.
+    if let Some(column) = table.column_mut(0) {
+        column.set_constraint(ColumnConstraint::ContentWidth);
     }
     table.trim_fmt()
 }

@@ -87,13 +87,21 @@ install_python() {
 
 command -v cargo > /dev/null || fail 'There is no cargo: install Rust with rustup'
 command -v cc > /dev/null || fail 'There is no C compiler: install one (on Debian: apt-get install gcc libc6-dev)'
-if wanted GPU && ! has_driver; then install GPU mesa-vulkan-drivers; fi
-if wanted BROWSER && ! has_browser; then install BROWSER chromium fonts-dejavu-core; fi
-if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then
-    install_python FMU target/tools tests/export/requirements.txt
-    export SERVOBEE_PYTHON=$PWD/target/tools/bin/python
-fi
-if wanted PYTHON; then install_python PYTHON target/python python/tests/requirements.txt; fi
+tools() {
+    if wanted GPU && ! has_driver; then install GPU mesa-vulkan-drivers; fi
+    if wanted BROWSER && ! has_browser; then install BROWSER chromium fonts-dejavu-core; fi
+    if wanted FMU && [ -z "${SERVOBEE_PYTHON:-}" ]; then
+        install_python FMU target/tools tests/export/requirements.txt
+    fi
+    if wanted PYTHON; then install_python PYTHON target/python python/tests/requirements.txt; fi
+}
+
+# What has to be fetched comes while the tests are compiled.
+tools &
+installing=$!
+cargo test --release --locked --workspace --no-run "${tests[@]}" || { wait; fail 'The tests do not compile.'; }
+wait "$installing" || fail 'What the tests need could not be installed: see above.'
+if wanted FMU; then export SERVOBEE_PYTHON=${SERVOBEE_PYTHON:-$PWD/target/tools/bin/python}; fi
 
 # Ranks: the program with the feature mpi, put aside before the others take its place.
 if [ "${SERVOBEE_MPI:-}" = 1 ] && wanted MPI; then

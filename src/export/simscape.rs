@@ -89,16 +89,12 @@ fn actuator(model: &Model) -> String {
     text
 }
 
-fn valve(model: &Model, form: &ValveForm) -> String {
+/// What is put: a parameter's name, value and comment.
+type Put<'a> = &'a mut dyn FnMut(&str, &str, &str);
+
+/// The area over the opening, the same for all four orifices; older releases have no choice.
+fn area(model: &Model, form: &ValveForm, put: Put<'_>) {
     let of = |name: &str| value(model, name);
-    let mut text = format!(
-        "%% Valve\n% Its spool is displaced by x [mm] where the model's spool is at x % of full scale: put a gain of \
-         100/{:?} between\n% actuator and valve, and a Simulink-PS Converter with unit mm.\n",
-        model.structure.full_scale
-    );
-    let mut put =
-        |name: &str, value: &str, comment: &str| assign(&mut text, "valve", name, value, comment);
-    // The same area for all four orifices; older releases have no choice.
     match &form.area {
         AreaLaw::Linear | AreaLaw::Proportional => {
             // The block's area ends at its maximum opening.
@@ -165,6 +161,39 @@ fn valve(model: &Model, form: &ValveForm) -> String {
         // Nor what differs between the edges.
         AreaLaw::Edges => {}
     }
+}
+
+fn laminar(form: &ValveForm, put: Put<'_>) {
+    match form.transition {
+        Transition::PressureRatio => {
+            put("lam_spec", "1", "Laminar transition by pressure ratio");
+            put(
+                "B_lam",
+                &format!("{LAMINAR_RATIO:?}"),
+                "Laminar flow pressure ratio",
+            );
+        }
+        Transition::Reynolds => {
+            put("lam_spec", "2", "Laminar transition by Reynolds number");
+            put(
+                "Re_cr",
+                &format!("{CRITICAL_REYNOLDS:?}"),
+                "Critical Reynolds number",
+            );
+        }
+    }
+}
+
+fn valve(model: &Model, form: &ValveForm) -> String {
+    let of = |name: &str| value(model, name);
+    let mut text = format!(
+        "%% Valve\n% Its spool is displaced by x [mm] where the model's spool is at x % of full scale: put a gain of \
+         100/{:?} between\n% actuator and valve, and a Simulink-PS Converter with unit mm.\n",
+        model.structure.full_scale
+    );
+    let mut put =
+        |name: &str, value: &str, comment: &str| assign(&mut text, "valve", name, value, comment);
+    area(model, form, &mut put);
     put(
         "C_d",
         &format!("{:?}", of("discharge_coefficient")),
@@ -185,24 +214,7 @@ fn valve(model: &Model, form: &ValveForm) -> String {
         );
         put(&format!("{name}_unit"), "mm", "its unit");
     }
-    match form.transition {
-        Transition::PressureRatio => {
-            put("lam_spec", "1", "Laminar transition by pressure ratio");
-            put(
-                "B_lam",
-                &format!("{LAMINAR_RATIO:?}"),
-                "Laminar flow pressure ratio",
-            );
-        }
-        Transition::Reynolds => {
-            put("lam_spec", "2", "Laminar transition by Reynolds number");
-            put(
-                "Re_cr",
-                &format!("{CRITICAL_REYNOLDS:?}"),
-                "Critical Reynolds number",
-            );
-        }
-    }
+    laminar(form, &mut put);
     let _ = writeln!(
         text,
         "% The fluid is a block of its own (Custom Hydraulic Fluid): density {:?} kg/m^3, kinematic viscosity {:?} cSt.",

@@ -75,7 +75,7 @@ pub fn identify(
     let mut diagnosis = Diagnosis {
         evaluator,
         plan,
-        options,
+        options: options.clone(),
         stage,
         measurements,
         sizes: asked.sizes.clone(),
@@ -89,10 +89,17 @@ pub fn identify(
     if !hold_known && result.added.iter().any(leads) && diagnosis.stage.goes_on() {
         let mut other = problem.clone();
         other.structure.hold = problem.structure.hold.other();
-        let simpler = diagnosis.of(other.clone(), start, noise)?;
-        let as_good = held_out_cost(&simpler) < (1.0 + AS_GOOD) * held_out_cost(&result);
-        if as_good && simpler.broken_off.is_none() && simpler.added.len() < result.added.len() {
-            (problem, result) = (other, simpler);
+        let limit = (1.0 + AS_GOOD) * held_out_cost(&result);
+        let as_good = |one: &Identified| one.broken_off.is_none() && held_out_cost(one) < limit;
+        diagnosis.options.max_effects = result.added.len() - 1;
+        let simpler = diagnosis.of(other.clone(), start, noise.clone())?;
+        diagnosis.options.max_effects = options.max_effects;
+        // Where fewer effects do not do as well, the others need not be looked for.
+        if as_good(&simpler) {
+            let simpler = diagnosis.of(other.clone(), start, noise)?;
+            if as_good(&simpler) && simpler.added.len() < result.added.len() {
+                (problem, result) = (other, simpler);
+            }
         }
     }
     // What was taken for noise at rest may have been an effect: a hum, say. Once it is named, the floor is lower.
@@ -163,7 +170,7 @@ fn held_out_cost(result: &Identified) -> f64 {
 struct Diagnosis<'a> {
     evaluator: &'a mut dyn Evaluator,
     plan: &'a Plan,
-    options: &'a Options,
+    options: Options,
     stage: Stage<'a>,
     measurements: &'a Measurements,
     sizes: Scale,

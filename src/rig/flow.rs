@@ -1,7 +1,7 @@
 //! From the spool to the flow: opening, supply, leakage, line and oil.
 
-use super::Meter;
 use super::filter::{Lag, PolePair};
+use super::meter::Meter;
 use super::outsider::{self, CREEP_LAG, Oddity, Outsider, strength};
 use super::planted::{Drift, Form, Kind, Planted, find, value};
 use super::valve::{FULL_SCALE, RATED_DROP, Valve};

@@ -26,14 +26,17 @@ mod command;
 mod electronics;
 mod filter;
 mod flow;
+mod meter;
 mod noise;
 mod outsider;
 mod planted;
+mod random;
 mod sensor;
 mod spool;
 mod valve;
 
 pub use command::Command;
+pub use meter::Meter;
 pub use noise::{Noise, Quantisation};
 pub use outsider::{Oddity, Outsider};
 pub use planted::{Form, Kind, Planted};
@@ -44,29 +47,12 @@ use crate::{Error, Result};
 use electronics::{Electronics, exact_delay};
 use flow::{Flow, Oil, Seen};
 use outsider::{odd_command, seen_rate, strength};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
+use random::{Stream, random};
 use sensor::{Sensor, hanging};
 use spool::Spool;
 
 /// How long the valve is held at its first command before the record starts, s.
 const RUN_IN: f64 = 0.3;
-
-/// What the random numbers of one seed are for: each purpose has its own, so that one does not shift another.
-#[derive(Debug, Clone, Copy)]
-enum Stream {
-    Valve,
-    Command,
-    Sensors,
-    Hanging,
-    Noise,
-}
-
-fn random(seed: u64, stream: Stream) -> ChaCha8Rng {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(stream as u64);
-    rng
-}
 
 /// The unit of the measured spool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -93,24 +79,6 @@ impl SpoolUnit {
             Self::Volt => FULL_SCALE,
             Self::Percent => 100.0,
         }
-    }
-}
-
-/// Where the flow is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub enum Meter {
-    /// Between A and B: the flow of the load, with its sign.
-    #[default]
-    Load,
-    /// In the pressure line: what the supply delivers, to whichever side it goes, with what leaks. All effects show there.
-    Supply,
-}
-
-impl Meter {
-    /// Where all of these effects show: between A and B if they do there.
-    pub fn that_shows(planted: &[Planted]) -> Self {
-        let meters = planted.iter().map(|one| one.effect.meter());
-        meters.max().unwrap_or_default()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Which effects are planted, and how they are written.
 
-use super::Meter;
+use super::meter::Meter;
 use crate::record::Channel;
 use crate::{Error, Result};
 use std::fmt::{self, Display, Formatter};
@@ -536,6 +536,14 @@ pub(super) fn find(planted: &[Planted], effect: Kind, form: Form) -> Option<&Pla
 /// The value of an effect that has one form, zero where it is not planted.
 pub(super) fn value(planted: &[Planted], effect: Kind) -> f64 {
     find(planted, effect, Form::Usual).map_or(0.0, |p| p.value)
+}
+
+impl Meter {
+    /// Where all of these effects show: between A and B if they do there.
+    pub fn that_shows(planted: &[Planted]) -> Self {
+        let meters = planted.iter().map(|one| one.effect.meter());
+        meters.max().unwrap_or_default()
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The valve without any effect.
 
+use super::random::{Stream, random};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -40,7 +41,7 @@ impl Valve {
     /// A plausible valve: K from 100 to 400 1/s, T from 1 to 6 ms, such that the damping ½/√(K T) is from 0.35 to 1.2,
     /// S from 1.5 to 8 V and a rated flow from 20 to 120 L/min.
     pub fn random(seed: u64) -> Self {
-        let mut rng = super::random(seed, super::Stream::Valve);
+        let mut rng = random(seed, Stream::Valve);
         let mut valve = Self {
             gain: between(&mut rng, 100.0, 400.0),
             time_constant: between(&mut rng, 0.001, 0.006),

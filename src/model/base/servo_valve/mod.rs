@@ -232,7 +232,9 @@ impl WithEquations for ServoValve {
                 take(&|| {
                     Parameter::log(TIME_CONSTANT, "s", 5e-4, 0.01, 0.1).paced(Pace::TimeConstant)
                 }),
-                take(&|| Parameter::log(SATURATION, unit, 0.005 * scale, 0.5 * scale, 10.0 * scale)),
+                take(&|| {
+                    Parameter::log(SATURATION, unit, 0.005 * scale, 0.5 * scale, 10.0 * scale)
+                }),
             )
         });
         let free = self.moves_a_spool() && structure.initial == Initial::Free;

@@ -430,6 +430,36 @@ fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) 
     (top, (sum / (2 * model.len()) as f64).sqrt())
 }
 
+/// The error of a loop that overshoots comes to more than twice the full scale: one that does not saturate is one of the model's.
+#[test]
+fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
+    let parameters = Structure::actuator(FULL_SCALE, "V").parameters();
+    let most = parameters.iter().find(|p| p.name == "saturation").unwrap();
+    let command: Vec<f64> = (0..1500)
+        .map(|row| if row / 150 % 2 == 0 { 9.0 } else { -9.0 })
+        .collect();
+    let spool = |saturation| {
+        let setup = Setup {
+            planted: vec!["slew_limit~windup=134".parse().unwrap()],
+            valve: rig::Valve {
+                gain: 145.5,
+                time_constant: 0.0042,
+                saturation,
+                ..rig::Valve::default()
+            },
+            command: Command::Samples(command.clone()),
+            seconds: 1.5,
+            ..Setup::default()
+        };
+        setup.simulate().unwrap().spool
+    };
+    let none = spool(1e9);
+    let errors = none.iter().zip(&command).map(|(x, u)| (u - x).abs());
+    assert!(errors.fold(0.0, f64::max) > 2.0 * FULL_SCALE);
+    assert_ne!(spool(2.0 * FULL_SCALE), none);
+    assert_eq!(spool(most.high), none);
+}
+
 /// An effect of the rig, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 

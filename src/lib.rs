@@ -73,9 +73,8 @@
 //! use servobee::evaluate::problem::{Data, Problem, Sample, Series};
 //! use servobee::evaluate::{CpuEvaluator, Precision, reference};
 //! use servobee::model::{Complete, Initial, Input, Outputs, Structure};
-//! use servobee::search::{Plan, Settings, fit};
+//! use servobee::search::{Plan, fit};
 //! use std::ops::ControlFlow;
-//! use std::sync::Arc;
 //!
 //! // A valve's answer to a step of 10 V from rest, every 2 ms.
 //! let structure = Structure { initial: Initial::Rest, ..Structure::actuator(10.0, "V") };
@@ -94,7 +93,7 @@
 //!
 //! let problem = Problem::new(structure, parameters, Data::Series(vec![series]));
 //! let mut evaluator = CpuEvaluator::new(Precision::F32);
-//! let plan = Plan { method: Arc::new(Settings::paper()), coloured: false, ..Plan::of_records(1) };
+//! let plan = Plan { coloured: false, ..Plan::of_records(1) };
 //! let fit = fit(&problem, &mut evaluator, &plan, &mut |_| ControlFlow::Continue(()))?;
 //! assert!((fit.values()[0] / gain - 1.0).abs() < 1e-6);
 //! # servobee::Result::Ok(())

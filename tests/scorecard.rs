@@ -183,6 +183,17 @@ fn a_few_records_are_diagnosed_and_an_interrupted_file_is_gone_on_with() {
 }
 
 #[test]
+fn a_form_is_planted_with_its_own_parameters_alone() {
+    for case in ["1.5x/1", "3x/1", "6x/1"] {
+        let id = format!("forms/viscosity_drift~settling/{case}");
+        for seed in 7..10 {
+            let setup = plan(&Group::ALL, 1.0).case(&id).unwrap().setup(seed);
+            assert!(setup.is_ok(), "{id}, seed {seed}: {setup:?}");
+        }
+    }
+}
+
+#[test]
 fn another_file_is_refused_and_left_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("record.csv");

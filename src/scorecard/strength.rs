@@ -7,7 +7,7 @@ use crate::evaluate::problem::Data;
 use crate::evaluate::{Problem, parameters_for, reference, structure_for};
 use crate::model::{Output, Outputs, Parameter};
 use crate::record::Channel;
-use crate::rig::{FULL_SCALE, Kind, Noise, Oddity, Outsider, Planted, Setup, SpoolUnit};
+use crate::rig::{FULL_SCALE, Form, Kind, Noise, Oddity, Outsider, Planted, Setup, SpoolUnit};
 use crate::search::polish::{PolishOptions, polish};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -115,7 +115,7 @@ impl Open {
             Kind::PeriodicDisturbance => extra("frequency", 8.0, 150.0),
             _ => {}
         }
-        let heats = kind == Kind::ViscosityDrift && rng.random();
+        let heats = kind == Kind::ViscosityDrift && form == Form::Usual && rng.random();
         if heats {
             planted.extra.push(("heating", 15.0));
         }

@@ -125,6 +125,16 @@ fn what_is_ahead_is_not_looked_for_all_over_again_with_a_command_that_goes_strai
     assert!(2 * asked < 3 * known, "{asked}, {known}");
 }
 
+#[test]
+fn what_is_in_no_catalogue_gets_no_name() {
+    let outsiders = ["outsiders/gain_jump/0", "outsiders/tanh_sensor/0"];
+    let rows = diagnosed(&cases(&outsiders[..if soak() { 2 } else { 1 }]));
+    for row in rows {
+        assert_eq!(row.verdict, "unexplained", "{}: {}", row.case, row.named);
+        assert_eq!(row.named, "", "{}", row.case);
+    }
+}
+
 /// 3.6 s in which the error of the spool stays small, and 4.2 s in which it saturates as well: of a valve that saturates at 3 V.
 fn rows_that_never_saturate(planted: &[&str], seed: u64) -> [Record; 2] {
     let sweep = |t: f64, amplitude: f64, highest: f64, length: f64| {

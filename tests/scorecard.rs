@@ -157,6 +157,7 @@ fn a_few_records_are_diagnosed_and_an_interrupted_file_is_gone_on_with() {
     assert_eq!(*ran.lock().unwrap(), cases.len());
     let rounded = |summary: &Summary| Summary {
         seconds: None,
+        within: Vec::new(),
         ..summary.clone()
     };
     assert_eq!(rounded(&Summary::of(&again)), rounded(&summary));
@@ -176,6 +177,16 @@ fn a_few_records_are_diagnosed_and_an_interrupted_file_is_gone_on_with() {
         outsider.base > 1.5 && outsider.outcome == Outcome::Unexplained,
         "{outsider:?}"
     );
+
+    // What is wrong is not known at any time.
+    let mut timed = rows.clone();
+    for (row, seconds) in timed.iter_mut().zip([0.5, 1.0, 3.0, 100.0]) {
+        row.seconds = seconds;
+    }
+    timed[0].outcome = Outcome::Wrong;
+    let within = Summary::of(&timed).within.into_iter();
+    let good: Vec<usize> = within.map(|(_, good)| good.hits).collect();
+    assert_eq!(good, [1, 1, 2, 2, 2, 2]);
 
     let error = Ledger::open(&path, 2).unwrap_err();
     assert_eq!(error.exit_code(), 2);

@@ -20,6 +20,11 @@ fn identified(folder: &Path, planted: &str, effects: &str) -> (Value, String) {
         "--force",
     ];
     printed(&servobee(folder, &make));
+    report_on_record(folder, effects)
+}
+
+/// The report on `record.csv`, where `effects` are looked for, and what is printed.
+fn report_on_record(folder: &Path, effects: &str) -> (Value, String) {
     let call = [
         "identify",
         "record.csv",
@@ -59,13 +64,30 @@ fn what_has_no_name_is_located_by_cuts_at_the_measured_spool() {
             "{planted}: {located}"
         );
         assert!(
-            printed.contains(&format!("What has no name acts {words}")),
+            printed.contains(&format!("What is not named acts {words}")),
             "{printed}"
         );
     }
+}
+
+#[test]
+fn where_the_model_fails_is_told_without_looking_for_a_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let (report, printed) = identified(folder.path(), "overlap=8", "none");
+    assert_eq!(report["verdict"], "not_diagnosed", "{printed}");
+    assert_eq!(report["located"]["place"], "behind_spool", "{printed}");
+    assert!(printed.contains("What is not named acts behind the spool"));
+    // Where it does not fail there is no place.
+    let (report, printed) = identified(folder.path(), "overlap=0.01", "none");
+    assert_eq!(report["verdict"], "not_diagnosed", "{printed}");
+    assert_eq!(report["located"], Value::Null, "{printed}");
     // One channel has no cut.
-    let (report, _) = identified(folder.path(), "overlap=8", "none");
-    assert_eq!(report["located"], Value::Null);
+    let clamped = |u: f64| u.clamp(-4.0, 4.0);
+    let record = csv(|time| 5.0 * (9.0 * time).sin(), clamped, 0, 4000, 3);
+    std::fs::write(folder.path().join("record.csv"), record).unwrap();
+    let (report, printed) = report_on_record(folder.path(), "none");
+    assert_eq!(report["remaining"]["structured"], true, "{printed}");
+    assert_eq!(report["located"], Value::Null, "{printed}");
 }
 
 #[test]

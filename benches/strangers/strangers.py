@@ -7,7 +7,8 @@ a random valve, command, sampling rate, noise and set of measured channels. A re
 another command is held out. Prints a table in Markdown. Needs numpy and numba.
 
 With --left-out no effect is looked for that is a right name of what is planted: whatever is named then is named wrongly. Each
-record measures spool and flow, and where the fault is located is compared with where it is.
+record measures spool and flow, and where the fault is located is compared with where it is. With --places no effect is looked
+for at all, and only places are compared.
 """
 
 import argparse
@@ -356,8 +357,11 @@ def main():
     parse.add_argument("--only", default=";".join(CAUSES), help="names, separated by semicolons")
     parse.add_argument("--threads", type=int, default=2)
     parse.add_argument("--keep", help="a folder for the records")
-    parse.add_argument("--left-out", action="store_true", help="look for no effect that is a right name")
+    instead = parse.add_mutually_exclusive_group()
+    instead.add_argument("--left-out", action="store_true", help="look for no effect that is a right name")
+    instead.add_argument("--places", action="store_true", help="look for no effect, only for the place")
     asked = parse.parse_args()
+    cut = asked.left_out or asked.places
     program = os.path.abspath(asked.program)
     listed = json.loads(subprocess.run([program, "effects", "--json"], capture_output=True, text=True, check=True).stdout)
     # What shows in the pressure line alone cannot be asked for.
@@ -366,13 +370,15 @@ def main():
 
     def run(folder, name, seed):
         cause = CAUSES[name]
-        (fit, hold), about = write_records(folder, name, seed, asked.left_out)
+        (fit, hold), about = write_records(folder, name, seed, cut)
         began = time.monotonic()
         call = [program, "identify", fit, "--hold-out", hold, "--evaluator", "cpu", "--json", "--quiet"]
         if asked.left_out:
             others = [one for one in catalogue if one.split("~")[0].split(".")[0] not in right_names(cause)]
             call += ["--effects", ",".join(others)]
             cause = replace(cause, names=())
+        elif asked.places:
+            call += ["--effects", "none"]
         ran = subprocess.run(call, capture_output=True, text=True, env={**os.environ, "RAYON_NUM_THREADS": "1"})
         seconds = time.monotonic() - began
         if ran.returncode:
@@ -382,12 +388,13 @@ def main():
         errors = [effect["error_before"] for effect in report["effects"][:1]]
         errors += [effect["error_after"] for effect in report["effects"][-1:]]
         place = (report.get("located") or {}).get("place", "")
-        if asked.left_out and place:
-            right_place = place == true_place(cause)
-            places["right" if right_place else "wrong"] += 1
-            place += "" if right_place else " (wrong)"
+        if cut:
+            true = true_place(cause) if cause.code else ""
+            told = "right" if place == true else "wrong" if place else "none"
+            places[told] += 1
+            place += " (wrong)" if told == "wrong" else ""
         ratio = " -> ".join(f"{error:.2f}" for error in errors)
-        where = "; ".join(filter(None, [named, place])) if asked.left_out else named or place
+        where = "; ".join(filter(None, [named, place])) if cut else named or place
         return name, seed, about, outcome, where, ratio, seconds
 
     keep = asked.keep or tempfile.mkdtemp()

@@ -280,6 +280,9 @@ fn print(summary: &Summary, records: usize) {
             number(median),
             number(most)
         );
+        let within = summary.within.iter();
+        let within = within.map(|(limit, good)| format!("{limit} s {:.1} %", 100.0 * good.share()));
+        tell!("Good within {}", within.collect::<Vec<_>>().join(", "));
     }
 }
 

@@ -40,7 +40,7 @@ pub struct Identified {
     pub free_form: Option<FoundForm>,
     /// Held-out error of the base model: RMS in units of noise over all channels.
     pub error_before: f64,
-    /// Where something is missing that has no name; `None` where nothing is, or the records do not tell.
+    /// Where something is missing that is not named; `None` where nothing is, or the records do not tell.
     pub located: Option<Located>,
     /// Every effect that was looked at, round by round.
     pub considered: Vec<Considered>,

@@ -248,6 +248,8 @@ impl Diagnosis<'_> {
         let after = after.unwrap_or_else(|| before.clone());
         let located = match verdict {
             Verdict::Unexplained => self.located(&before, &noise),
+            // Also where only that is asked: it takes a second.
+            Verdict::NotDiagnosed if before.structured() => self.located(&before, &noise),
             Verdict::Partly => self.located(&after, &noise),
             _ => None,
         };

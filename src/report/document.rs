@@ -45,7 +45,7 @@ pub struct Document {
     pub effects: Vec<AddedEffect>,
     /// Every effect that was looked at, round by round, with the reason for its choice or rejection.
     pub considered: Vec<ConsideredEffect>,
-    /// Where something is missing that has no name: before the measured spool, at its sensor or behind it; null where nothing is,
+    /// Where something is missing that is not named: before the measured spool, at its sensor or behind it; null where nothing is,
     /// or the records do not tell.
     pub located: Option<Located>,
     /// Where the verdict is unexplained: the causes that come closest, the closest first.

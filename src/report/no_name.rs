@@ -34,7 +34,7 @@ pub fn not_diagnosed(identified: &Identified) -> String {
 pub fn located(identified: &Identified) -> Option<String> {
     let found = identified.located.as_ref()?;
     Some(format!(
-        "What has no name acts {}. Each fitted alone, the spool follows its command to {} times the noise, and the flow the measured spool to {} times.",
+        "What is not named acts {}. Each fitted alone, the spool follows its command to {} times the noise, and the flow the measured spool to {} times.",
         found.place.words(),
         rounded(found.spool, 3),
         rounded(found.path, 3)

@@ -49,6 +49,9 @@ impl Rate {
     }
 }
 
+/// Seconds after which one may ask what is known.
+const WITHIN: [f64; 6] = [1.0, 2.0, 5.0, 10.0, 20.0, 60.0];
+
 /// The base model's held-out error in units of the noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Band {
@@ -131,6 +134,8 @@ pub struct Summary {
     pub coverage: Vec<(&'static str, Rate)>,
     /// Seconds of a diagnosis: median and most.
     pub seconds: Option<(f64, f64)>,
+    /// Of all records those with a good outcome after so many seconds: rightness against time.
+    pub within: Vec<(f64, Rate)>,
 }
 
 impl Summary {
@@ -192,8 +197,16 @@ impl Summary {
                 .map(|(median, high)| (median, high, Rate::of(&after, |after| **after <= 1.10))),
             coverage: coverage.collect(),
             seconds: quantile(&seconds, 0.5).zip(quantile(&seconds, 1.0)),
+            within: WITHIN.map(|limit| (limit, good_within(rows, limit))).into(),
         }
     }
+}
+
+/// How many of `rows` have a good outcome, and had it after `limit` seconds.
+fn good_within(rows: &[Row], limit: f64) -> Rate {
+    Rate::of(rows, |row| {
+        row.outcome.good(row.group) && row.seconds <= limit
+    })
 }
 
 /// The smallest of `values` below or at which a share of `level` of them lies; of those that are numbers.

@@ -156,11 +156,51 @@ impl Unexcited {
             record,
             time,
         } = self;
+        let (from, to) = time;
+        let asked = match rows {
+            0 => "No held-out row alone depends on it, all together do".to_string(),
+            _ => format!(
+                "{rows} held-out rows depend on it (in {record} from {from:.3} to {to:.3} s)"
+            ),
+        };
         format!(
             "the fitted rows do not determine {parameter}: between {low:.4} and {high:.4} {unit} it makes no difference to them. \
-             {rows} held-out rows depend on it (in {record} from {:.3} to {:.3} s): it was set to {value:.4} {unit} by these, \
-             for the base model and every rival alike. Fit rows that excite it as well",
-            time.0, time.1
+             {asked}: it was set to {value:.4} {unit} by these, for the base model and every rival alike. Fit rows that excite it \
+             as well"
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_depend_on_it_together_alone_are_not_counted_as_none() {
+        let mut found = Unexcited {
+            parameter: "stiction".into(),
+            unit: "V".into(),
+            low: 0.0,
+            high: 0.029,
+            value: 0.01,
+            rows: 0,
+            record: String::new(),
+            time: (0.0, 0.0),
+        };
+        let said = found.describe();
+        assert!(
+            said.contains(
+                "No held-out row alone depends on it, all together do: it was set to 0.0100 V"
+            ),
+            "{said}"
+        );
+        (found.rows, found.record, found.time) = (3, "bench".into(), (1.0, 2.0));
+        let said = found.describe();
+        assert!(
+            said.contains(
+                "3 held-out rows depend on it (in bench from 1.000 to 2.000 s): it was set"
+            ),
+            "{said}"
+        );
     }
 }

@@ -88,12 +88,6 @@ pub struct Place<R> {
     pub spool: R,
 }
 
-/// `value` with the sign of `sign`.
-#[inline(always)]
-fn with_sign<R: Real>(sign: R, value: R) -> R {
-    sign.if_positive(value, -value)
-}
-
 /// The polynomial's value at `share`; pairs first, so that no addition waits for more than three others.
 #[inline(always)]
 fn polynomial<R: Real>(c: &[R; ORDER + 1], share: R) -> R {
@@ -116,14 +110,14 @@ impl<R: Real> Edge<R> {
     /// How far an error is from the edge: above zero in the regime of the part.
     #[inline(always)]
     fn distance(&self, error: R) -> R {
-        let inward = self.saturation - with_sign(self.side, error);
+        let inward = self.saturation - error.with_sign_of(self.side);
         self.beyond.if_positive(-inward, inward)
     }
 
     /// How fast that distance grows when the error grows at `speed`.
     #[inline(always)]
     fn slope(&self, speed: R) -> R {
-        let inward = with_sign(self.side, speed);
+        let inward = speed.with_sign_of(self.side);
         self.beyond.if_positive(inward, -inward)
     }
 }
@@ -211,8 +205,8 @@ impl<R: Real> Actuator<R> {
             linear_spool = linear_spool + dragged;
             linear_integrator = linear_integrator + dragged;
         }
-        let slewed = with_sign(error, stride.slewed);
-        let caught_up = (with_sign(error, stride.lead) - ahead) * stride.faded;
+        let slewed = stride.slewed.with_sign_of(error);
+        let caught_up = (stride.lead.with_sign_of(error) - ahead) * stride.faded;
 
         let beyond = error.abs() - saturation;
         let to = Place {
@@ -233,7 +227,7 @@ impl<R: Real> Actuator<R> {
         let turned = stride.turns.max(-(closing * closing_then));
         let left_linear = (energy - room * room).min(outside.max(turned));
         // In saturation the error has no extremum that could touch the edge, unless the command outruns the spool.
-        let mut left_saturation = saturation - with_sign(error, error_then);
+        let mut left_saturation = saturation - error_then.with_sign_of(error);
         if ramp.is_some() {
             left_saturation = left_saturation.max(-(closing * closing_then));
         }
@@ -272,7 +266,7 @@ impl<R: Real> Actuator<R> {
         let probe = error[0] + constant(AHEAD) * error[1];
         let beyond = probe.abs() - saturation;
         let fed_back = beyond.if_positive(zero, fed);
-        integrator[1] = beyond.if_positive(with_sign(probe, fed * saturation), fed * error[0]);
+        integrator[1] = beyond.if_positive((fed * saturation).with_sign_of(probe), fed * error[0]);
         for n in 1..ORDER {
             let share = constant(1.0 / (n + 1) as f64);
             spool[n + 1] = (integrator[n] - spool[n]) * (followed * share);
@@ -290,7 +284,7 @@ impl<R: Real> Actuator<R> {
         let error_at_peak = command + ramped * peak - polynomial(&spool, peak);
         let error_then = command + ramped - end.spool;
         let missed = beyond.if_positive(
-            with_sign(probe, error_at_peak) - saturation,
+            error_at_peak.with_sign_of(probe) - saturation,
             saturation - error_at_peak.abs(),
         );
         let last = missed.if_positive(one, peak);

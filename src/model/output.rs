@@ -24,6 +24,13 @@ macro_rules! outputs {
                 match self { $(Self::$Name => $name,)+ }
             }
 
+            /// Calls `f` with each of them, one after the other and not in a loop: what is indexed by a number that is known when
+            /// this is compiled stays in registers.
+            #[inline(always)]
+            pub fn each(mut f: impl FnMut(Self)) {
+                $(f(Self::$Name);)+
+            }
+
             /// The channel of a record that measures it.
             pub fn channel(self) -> Channel {
                 match self { $(Self::$Name => Channel::$Name,)+ }

@@ -7,7 +7,7 @@ use super::declare::Given;
 use super::effects::{Act, Port, Stage};
 use super::free_form::Signal;
 use super::ports::{Attached, Bare};
-use super::{Complete, Initial, Input, Output, Outputs, Real, Structure};
+use super::{Complete, Initial, Input, Outputs, Real, Structure};
 
 /// What a time loop moves. Every `input` has the command that acts, but for [`Dynamics::initial`] and
 /// [`Dynamics::command`].
@@ -188,12 +188,13 @@ impl<R: Real> Plant<R> {
             #[inline(always)]
             || {
                 let shown = self.shown(state, input, true);
-                for (output, &value) in shown.outputs.iter() {
-                    let mut value = value;
-                    for effect in self.attached.on(output) {
+                let mut outputs = shown.outputs;
+                for effect in &self.attached.effects {
+                    if let Some(output) = effect.output {
                         let own = &mut state[effect.states.clone()];
-                        effect.action.settled(own, value);
-                        value = effect.action.measure(own, value, &shown.moment);
+                        effect.action.settled(own, outputs[output]);
+                        outputs[output] =
+                            effect.action.measure(own, outputs[output], &shown.moment);
                     }
                 }
             },
@@ -241,8 +242,12 @@ impl<R: Real> Dynamics<R> for Plant<R> {
 
     #[inline(always)]
     fn delay(&self) -> Option<R> {
-        let mut effects = self.attached.effects.iter();
-        effects.find_map(|effect| effect.action.delay())
+        for effect in &self.attached.effects {
+            if let Some(delay) = effect.action.delay() {
+                return Some(delay);
+            }
+        }
+        None
     }
 
     #[inline(always)]
@@ -302,14 +307,14 @@ impl<R: Real> Dynamics<R> for Plant<R> {
         R::outlined(
             #[inline(always)]
             || {
-                for output in Output::ALL {
-                    let (mut old, mut new) = (earlier.outputs[output], later.outputs[output]);
-                    for effect in self.attached.on(output) {
+                let (mut old, mut new) = (earlier.outputs, later.outputs);
+                for effect in &self.attached.effects {
+                    if let Some(output) = effect.output {
                         let own = &mut state[effect.states.clone()];
-                        let value = old;
-                        old = effect.action.measure(own, value, &earlier.moment);
-                        effect.action.filter(own, value, new, step);
-                        new = effect.action.measure(own, new, &later.moment);
+                        let value = old[output];
+                        old[output] = effect.action.measure(own, value, &earlier.moment);
+                        effect.action.filter(own, value, new[output], step);
+                        new[output] = effect.action.measure(own, new[output], &later.moment);
                     }
                 }
             },
@@ -323,26 +328,25 @@ impl<R: Real> Dynamics<R> for Plant<R> {
             || {
                 let shown = self.shown(state, input, self.observes_flow);
                 let mut outputs = shown.outputs;
-                for output in Output::ALL {
-                    let mut value = outputs[output];
-                    for effect in self.attached.on(output) {
+                for effect in &self.attached.effects {
+                    if let Some(output) = effect.output {
                         let own = &state[effect.states.clone()];
-                        value = effect.action.measure(own, value, &shown.moment);
+                        outputs[output] =
+                            effect.action.measure(own, outputs[output], &shown.moment);
                     }
-                    if let Some(correction) = self.attached.correction_at(Port::Measurement)
-                        && correction.output == Some(output)
-                    {
-                        let signal = match correction.signal {
-                            Signal::Command => input.command,
-                            Signal::Time => input.time,
-                            Signal::Speed => {
-                                each_base!(BaseEquations, &self.base, base => base.speed(&self.attached, state, input))
-                            }
-                            Signal::Spool => shown.spool,
-                        };
-                        value = value + correction.at(signal);
-                    }
-                    outputs[output] = value;
+                }
+                if let Some(correction) = self.attached.correction_at(Port::Measurement)
+                    && let Some(output) = correction.output
+                {
+                    let signal = match correction.signal {
+                        Signal::Command => input.command,
+                        Signal::Time => input.time,
+                        Signal::Speed => {
+                            each_base!(BaseEquations, &self.base, base => base.speed(&self.attached, state, input))
+                        }
+                        Signal::Spool => shown.spool,
+                    };
+                    outputs[output] = outputs[output] + correction.at(signal);
                 }
                 outputs
             },

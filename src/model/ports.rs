@@ -159,6 +159,8 @@ pub struct Attached<R> {
     ends_steps: bool,
     follows_flow: bool,
     feels_load: bool,
+    pulls: bool,
+    sticks: bool,
 }
 
 impl<R: Real> Attached<R> {
@@ -172,6 +174,7 @@ impl<R: Real> Attached<R> {
     ) -> Self {
         let mut effects = Vec::with_capacity(structure.effects.len());
         let (mut follows_flow, mut feels_load) = (false, false);
+        let (mut pulls, mut sticks) = (false, false);
         for effect in &structure.effects {
             let has_states = !effect.entry.states.is_empty();
             follows_flow |=
@@ -180,6 +183,8 @@ impl<R: Real> Attached<R> {
             state += effect.entry.states.len();
             let action = Action::new(effect.entry.name, &mut *next);
             feels_load |= effect.entry.port == Port::Actuator && action.feels_load();
+            pulls |= action.pulls();
+            sticks |= action.sticks();
             effects.push(Placed {
                 action,
                 states: first..state,
@@ -196,30 +201,25 @@ impl<R: Real> Attached<R> {
                 .any(|effect| effect.entry.port == Port::Actuator),
             follows_flow,
             feels_load,
+            pulls,
+            sticks,
         }
     }
 
     #[inline(always)]
     pub(super) fn correction_at(&self, port: Port) -> Option<&Correction<R>> {
-        self.correction
-            .as_ref()
-            .filter(|correction| correction.port == port)
+        match &self.correction {
+            Some(correction) if correction.port == port => Some(correction),
+            _ => None,
+        }
     }
+}
 
-    /// The effects on `output`.
+impl<R> Placed<R> {
+    /// Whether it has states and is on no output.
     #[inline(always)]
-    pub(super) fn on(&self, output: Output) -> impl Iterator<Item = &Placed<R>> {
-        self.effects
-            .iter()
-            .filter(move |effect| effect.output == Some(output))
-    }
-
-    /// Those with states that are on no output.
-    #[inline(always)]
-    fn inner(&self) -> impl Iterator<Item = &Placed<R>> {
-        self.effects
-            .iter()
-            .filter(|effect| !effect.states.is_empty() && effect.output.is_none())
+    fn is_inner(&self) -> bool {
+        !self.states.is_empty() && self.output.is_none()
     }
 }
 
@@ -230,7 +230,7 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     fn pulls(&self) -> bool {
-        self.effects.iter().any(|effect| effect.action.pulls())
+        self.pulls
     }
 
     fn feels_load(&self) -> bool {
@@ -238,7 +238,7 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     fn sticks(&self) -> bool {
-        self.effects.iter().any(|effect| effect.action.sticks())
+        self.sticks
     }
 
     fn ends_steps(&self) -> bool {
@@ -252,9 +252,11 @@ impl<R: Real> Ports<R> for Attached<R> {
     #[inline(always)]
     fn reference(&self, state: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
         let mut reference = command;
-        for effect in self.inner() {
-            let own = &state[effect.states.clone()];
-            reference = effect.action.reference(own, reference, spool, stage);
+        for effect in &self.effects {
+            if effect.is_inner() {
+                let own = &state[effect.states.clone()];
+                reference = effect.action.reference(own, reference, spool, stage);
+            }
         }
         reference
     }
@@ -262,20 +264,23 @@ impl<R: Real> Ports<R> for Attached<R> {
     #[inline(always)]
     fn remember(&self, state: &mut [R], command: R, spool: R, stage: &Stage<R>) {
         let mut command = command;
-        for effect in self.inner() {
-            let own = &mut state[effect.states.clone()];
-            let reference = effect.action.reference(own, command, spool, stage);
-            effect.action.remember(own, command, spool, stage);
-            command = reference;
+        for effect in &self.effects {
+            if effect.is_inner() {
+                let own = &mut state[effect.states.clone()];
+                let reference = effect.action.reference(own, command, spool, stage);
+                effect.action.remember(own, command, spool, stage);
+                command = reference;
+            }
         }
     }
 
     #[inline(always)]
     fn settled_spool(&self, state: &mut [R], spool: R) {
-        for effect in self.inner() {
-            effect
-                .action
-                .settled_spool(&mut state[effect.states.clone()], spool);
+        for effect in &self.effects {
+            if effect.is_inner() {
+                let own = &mut state[effect.states.clone()];
+                effect.action.settled_spool(own, spool);
+            }
         }
     }
 
@@ -386,17 +391,21 @@ impl<R: Real> Ports<R> for Attached<R> {
 
     #[inline(always)]
     fn drawn(&self, state: &[R], flow: R, slope: &mut [R]) {
-        for effect in self.inner() {
-            let own = &state[effect.states.clone()];
-            slope[effect.states.start] = effect.action.drawn(own, flow);
+        for effect in &self.effects {
+            if effect.is_inner() {
+                let own = &state[effect.states.clone()];
+                slope[effect.states.start] = effect.action.drawn(own, flow);
+            }
         }
     }
 
     #[inline(always)]
     fn settled_supply(&self, state: &mut [R], flow: R) {
-        for effect in self.inner() {
-            let own = &mut state[effect.states.clone()];
-            effect.action.settled_supply(own, flow);
+        for effect in &self.effects {
+            if effect.is_inner() {
+                let own = &mut state[effect.states.clone()];
+                effect.action.settled_supply(own, flow);
+            }
         }
     }
 }

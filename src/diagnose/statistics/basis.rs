@@ -49,15 +49,10 @@ impl Basis {
 /// Inner product.
 pub(in crate::diagnose) fn dot(a: &[f64], b: &[f64]) -> f64 {
     // Eight independent sums, so that no addition waits for the one before.
-    let (chunks_a, chunks_b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = chunks_a
-        .remainder()
-        .iter()
-        .zip(chunks_b.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
+    let ((eights_a, rest_a), (eights_b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
     let mut sums = [0.0; 8];
-    for (a, b) in chunks_a.zip(chunks_b) {
+    for (a, b) in eights_a.iter().zip(eights_b) {
         for i in 0..8 {
             sums[i] += a[i] * b[i];
         }

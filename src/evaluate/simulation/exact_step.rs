@@ -22,28 +22,41 @@ fn exact_step<R: Valued>(
     };
     let (mut place, crossing) = actuator.exact_step(stride, from, command, ramp);
     if crossing.any_positive() {
-        R::outlined(
+        // Moved into the closure: what moves with every row stays in registers where no edge is met.
+        place = R::outlined(
             #[inline(always)]
-            || {
-                let mut left = crossing.if_positive(stride.length, R::constant(0.0));
-                place = Place {
-                    integrator: crossing.if_positive(from.integrator, place.integrator),
-                    spool: crossing.if_positive(from.spool, place.spool),
-                };
-                for _ in 0..MOST_PARTS {
-                    let now = match ramp {
-                        None => command,
-                        Some(ramp) => command + ramp * (stride.length - left),
-                    };
-                    (place, left) = actuator.turn(stride, place, now, ramp, left);
-                    if !left.any_positive() {
-                        break;
-                    }
-                }
-            },
+            move || in_parts(actuator, stride, [from, place], crossing, command, ramp),
         );
     }
     (state[0], state[1]) = (place.integrator, place.spool);
+}
+
+/// Where `from` is after an exact step that would have led to `to`, made in parts where `crossing` is above zero.
+#[inline(always)]
+fn in_parts<R: Valued>(
+    actuator: &Actuator<R>,
+    stride: &Stride<R>,
+    [from, to]: [Place<R>; 2],
+    crossing: R,
+    command: R,
+    ramp: Option<R>,
+) -> Place<R> {
+    let mut left = crossing.if_positive(stride.length, R::constant(0.0));
+    let mut place = Place {
+        integrator: crossing.if_positive(from.integrator, to.integrator),
+        spool: crossing.if_positive(from.spool, to.spool),
+    };
+    for _ in 0..MOST_PARTS {
+        let now = match ramp {
+            None => command,
+            Some(ramp) => command + ramp * (stride.length - left),
+        };
+        (place, left) = actuator.turn(stride, place, now, ramp, left);
+        if !left.any_positive() {
+            break;
+        }
+    }
+    place
 }
 
 /// Moves the spool from one row to the next, in `count` exact steps of `stride`, each of `length` seconds. `input` is what acts

@@ -4,7 +4,7 @@ use crate::evaluate::STATE_LIMIT;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
 use crate::evaluate::simulation::instructions::with_short_vectors;
 use crate::evaluate::simulation::simulate::{
-    Row, Squares, outputs, response, run, series, with_states,
+    CHUNK, Row, Squares, outputs, response, run, series, with_states,
 };
 use crate::model::real::Dual;
 use crate::model::{Alone, Complete, Output, Outputs, Real, Structure, Valued, View};
@@ -69,12 +69,15 @@ pub(in crate::evaluate) fn cost_in<R: Valued + Into<f64>>(
             for record in records {
                 let mut squares = Squares::new(structure, record, problem.own_loss());
                 let mut above = false;
-                let mut row = |k: usize, state: &[R], outputs: Outputs<R>| {
-                    let mut so_far = sums;
-                    add(&mut so_far, squares.slice());
-                    above = problem.cost_of_squares(so_far) > most;
+                let mut row = |k: usize, state: &[R], outputs: &Outputs<R>| {
+                    // Between two chunks nothing is added.
+                    if k.is_multiple_of(CHUNK) {
+                        let mut so_far = sums;
+                        add(&mut so_far, squares.slice());
+                        above = problem.cost_of_squares(so_far) > most;
+                    }
                     !above
-                        && squares.add(k, state, outputs, |slice| add(&mut sums, slice), &mut watch)
+                        && squares.add(k, outputs, |slice| add(&mut sums, slice), || watch(state))
                 };
                 let row: Row<R> = &mut row;
                 with_states!(structure, run::<R>(structure, &values, record, row));
@@ -229,11 +232,14 @@ impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
         let row = self.pass.row;
         for record in self.records {
             let mut finished = true;
-            let hand_over = |k: usize, state: &[Dual<S>], outputs: Outputs<Dual<S>>| {
+            let hand_over = |k: usize, state: &[Dual<S>; N], outputs: &Outputs<Dual<S>>| {
                 let sample = &record.samples[k];
                 for output in Output::ALL {
+                    if !(observed[output] && record.measured[output]) {
+                        continue;
+                    }
                     let factor = (sample.weight * problem.scale[output]).sqrt();
-                    if observed[output] && record.measured[output] && factor > 0.0 {
+                    if factor > 0.0 {
                         let mut error = Dual::constant(sample.target[output]) - outputs[output];
                         if let Some((loss, sizes)) = loss
                             && error.value != 0.0

@@ -38,14 +38,14 @@ pub(in crate::evaluate) use with_states;
 
 /// What is told of each row: its number, the state and the outputs; false ends the simulation. Every loop over one kind of
 /// number that takes this is the same function.
-pub type Row<'a, R> = &'a mut dyn FnMut(usize, &[R], Outputs<R>) -> bool;
+pub type Row<'a, R> = &'a mut dyn FnMut(usize, &[R], &Outputs<R>) -> bool;
 
 /// Integrates `series` and hands every row's number and outputs to `row`, until that returns false.
 #[inline(always)]
 pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
     series: &Series,
-    mut row: impl FnMut(usize, &[R], Outputs<R>) -> bool,
+    mut row: impl FnMut(usize, &[R; N], &Outputs<R>) -> bool,
     plant: &D,
 ) {
     let samples = &series.samples;
@@ -74,7 +74,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
             Some(delayed) => delayed.interpolated(0, R::constant(0.0)),
         };
         input.command = plant.command(&mut state, arrived);
-        if !row(k, &state, plant.observe(&state, &input)) {
+        if !row(k, &state, &plant.observe(&state, &input)) {
             return;
         }
         let Some(next) = samples.get(k + 1) else {
@@ -117,16 +117,24 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
             (None, None) => {
                 let step = R::constant(sample.step);
                 for j in 0..sample.substeps {
-                    let mut inputs = [input; 3];
-                    if structure.hold == Hold::Interpolated {
-                        for (half, input) in inputs.iter_mut().enumerate() {
-                            let half_steps = f64::from(2 * j + half as u32);
-                            let share = half_steps / f64::from(2 * sample.substeps);
-                            *input = Input::between(&sample.input, &next.input, R::constant(share));
-                            input.command = plant.command(&mut state, input.command);
+                    let straight;
+                    // A held input is not copied: it is longer than the state.
+                    let inputs = match structure.hold {
+                        Hold::Held => [&input; 3],
+                        Hold::Interpolated => {
+                            let mut along = [input; 3];
+                            for (half, input) in along.iter_mut().enumerate() {
+                                let half_steps = f64::from(2 * j + half as u32);
+                                let share = half_steps / f64::from(2 * sample.substeps);
+                                *input =
+                                    Input::between(&sample.input, &next.input, R::constant(share));
+                                input.command = plant.command(&mut state, input.command);
+                            }
+                            straight = along;
+                            straight.each_ref()
                         }
-                    }
-                    state = advance::<R, N, D>(plant, state, inputs.each_ref(), step);
+                    };
+                    state = advance::<R, N, D>(plant, state, inputs, step);
                 }
             }
         }
@@ -178,19 +186,25 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
             input.command = plant.command(state, command);
         }
         for j in 0..sample.substeps {
-            let mut inputs = [input; 3];
-            if structure.hold == Hold::Interpolated {
-                for (half, input) in inputs.iter_mut().enumerate() {
-                    let steps = R::constant(f64::from(j) + 0.5 * half as f64);
-                    let after = begin * substeps + steps * step;
-                    let share = after * R::constant(1.0 / seconds);
-                    *input = Input::between(&sample.input, &next.input, share);
-                    let arrived = delayed.interpolated(piece, after);
-                    command = (whole - begin).if_positive(arrived, command);
-                    input.command = plant.command(state, command);
+            let straight;
+            let inputs = match structure.hold {
+                Hold::Held => [&input; 3],
+                Hold::Interpolated => {
+                    let mut along = [input; 3];
+                    for (half, input) in along.iter_mut().enumerate() {
+                        let steps = R::constant(f64::from(j) + 0.5 * half as f64);
+                        let after = begin * substeps + steps * step;
+                        let share = after * R::constant(1.0 / seconds);
+                        *input = Input::between(&sample.input, &next.input, share);
+                        let arrived = delayed.interpolated(piece, after);
+                        command = (whole - begin).if_positive(arrived, command);
+                        input.command = plant.command(state, command);
+                    }
+                    straight = along;
+                    straight.each_ref()
                 }
-            }
-            *state = advance::<R, N, D>(plant, *state, inputs.each_ref(), step);
+            };
+            *state = advance::<R, N, D>(plant, *state, inputs, step);
         }
         begin = end;
     }
@@ -203,8 +217,8 @@ pub fn outputs(
     record: &Series,
 ) -> Vec<Outputs<f64>> {
     let mut rows = Vec::with_capacity(record.samples.len());
-    let mut keep = |_: usize, _: &[f64], outputs: Outputs<f64>| {
-        rows.push(outputs);
+    let mut keep = |_: usize, _: &[f64], outputs: &Outputs<f64>| {
+        rows.push(*outputs);
         true
     };
     let keep: Row<f64> = &mut keep;
@@ -220,6 +234,7 @@ pub(in crate::evaluate) fn run<R: Valued, const N: usize, V: View>(
     row: Row<R>,
 ) {
     let plant = V::plant(structure, values);
+    let row = |k: usize, state: &[R; N], outputs: &Outputs<R>| row(k, state, outputs);
     series::<R, N, _>(structure, record, row, &plant);
 }
 
@@ -260,37 +275,51 @@ impl<'a, R: Real> Squares<'a, R> {
     pub fn add(
         &mut self,
         k: usize,
-        state: &[R],
-        outputs: Outputs<R>,
+        outputs: &Outputs<R>,
         slice_done: impl FnOnce(Outputs<R>),
-        diverged: impl FnOnce(&[R]) -> bool,
+        diverged: impl FnOnce() -> bool,
     ) -> bool {
         let sample = &self.record.samples[k];
         let last = k + 1 == self.record.samples.len();
         let weight = R::constant(sample.weight);
-        for i in 0..Output::COUNT {
-            if self.observed.0[i] {
-                let error = R::constant(sample.target.0[i]) - outputs.0[i];
-                let cost = match self.loss {
-                    None => weight * (error * error),
-                    Some((loss, sizes)) => weight * loss(error, R::constant(sizes.0[i])),
-                };
-                self.chunk.0[i] = self.chunk.0[i] + cost;
-            }
+        match self.loss {
+            None => Output::each(
+                #[inline(always)]
+                |output| {
+                    if self.observed[output] {
+                        let error = R::constant(sample.target[output]) - outputs[output];
+                        self.chunk[output] = self.chunk[output] + weight * (error * error);
+                    }
+                },
+            ),
+            // Nothing stays in registers across the call of somebody else's function: not in the row's own code.
+            Some((loss, sizes)) => R::outlined(
+                #[inline(always)]
+                || {
+                    for output in Output::ALL {
+                        if self.observed[output] {
+                            let error = R::constant(sample.target[output]) - outputs[output];
+                            let cost = loss(error, R::constant(sizes[output]));
+                            self.chunk[output] = self.chunk[output] + weight * cost;
+                        }
+                    }
+                },
+            ),
         }
         if !(k + 1).is_multiple_of(CHUNK) && !last {
             return true;
         }
         let zero = Outputs::all(R::constant(0.0));
-        for i in 0..Output::COUNT {
-            self.slice.0[i] = self.slice.0[i] + self.chunk.0[i];
-        }
+        Output::each(
+            #[inline(always)]
+            |output| self.slice[output] = self.slice[output] + self.chunk[output],
+        );
         self.chunk = zero;
         if (k + 1).is_multiple_of(SLICE) || last {
             slice_done(self.slice);
             self.slice = zero;
         }
-        !diverged(state)
+        !diverged()
     }
 }
 
@@ -309,7 +338,19 @@ pub fn squares<R: Valued, const N: usize, D: Dynamics<R>>(
         structure,
         record,
         #[inline(always)]
-        |k, state, outputs| squares.add(k, state, outputs, &mut slice_done, &mut diverged),
+        |k, state, outputs| {
+            squares.add(
+                k,
+                outputs,
+                &mut slice_done,
+                #[inline(always)]
+                || {
+                    // A copy, only where it is looked at: the state itself stays in registers.
+                    let state = *state;
+                    diverged(&state)
+                },
+            )
+        },
         plant,
     );
 }

@@ -23,6 +23,7 @@ impl<S: Simd> Dual<S> {
     pub(crate) const COUNT: usize = VECTORS * size_of::<S::f64s>() / size_of::<f64>();
 
     /// Parameter number `index`: its derivative with respect to itself is 1.
+    #[inline(always)]
     pub(crate) fn variable(value: f64, index: usize) -> Self {
         let mut variable = Self::constant(value);
         bytemuck::cast_slice_mut(&mut variable.slopes)[index] = 1.0;

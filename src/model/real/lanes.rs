@@ -26,6 +26,8 @@ pub(crate) trait Element: Valued + Pod + Into<f64> {
     fn max<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
     /// Opposite.
     fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
+    /// Magnitude.
+    fn abs<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
     /// Square root.
     fn sqrt<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
     /// `yes` where `a` is above zero, otherwise `no`.
@@ -35,12 +37,15 @@ pub(crate) trait Element: Valued + Pod + Into<f64> {
         yes: Self::Vector<S>,
         no: Self::Vector<S>,
     ) -> Self::Vector<S>;
+    /// `a` where `sign` is above zero, otherwise its opposite.
+    fn with_sign_of<S: Simd>(simd: S, a: Self::Vector<S>, sign: Self::Vector<S>)
+    -> Self::Vector<S>;
     /// Whether `a` is above zero in any lane.
     fn any_positive<S: Simd>(simd: S, a: Self::Vector<S>) -> bool;
 }
 
 macro_rules! element {
-    ($float:ident, $vector:ident, $splat:ident, $greater:ident, $select:ident, $($method:ident $own:ident ($($argument:ident),+)),+) => {
+    ($float:ident, $vector:ident, $splat:ident, $greater:ident, $select:ident, $xor:ident, $and:ident, $bits:ident, $($method:ident $own:ident ($($argument:ident),+)),+) => {
         impl Element for $float {
             type Vector<S: Simd> = S::$vector;
             #[inline(always)]
@@ -61,6 +66,16 @@ macro_rules! element {
                 simd.$select(simd.$greater(a, simd.$splat(0.0)), yes, no)
             }
             #[inline(always)]
+            fn abs<S: Simd>(simd: S, a: S::$vector) -> S::$vector {
+                simd.$and(a, simd.$splat($float::from_bits($bits::MAX >> 1)))
+            }
+            #[inline(always)]
+            fn with_sign_of<S: Simd>(simd: S, a: S::$vector, sign: S::$vector) -> S::$vector {
+                // Not a choice between `a` and its opposite, which would have to be at hand.
+                let (same, opposite) = (simd.$splat(0.0), simd.$splat(-0.0));
+                simd.$xor(a, simd.$select(simd.$greater(sign, same), same, opposite))
+            }
+            #[inline(always)]
             fn any_positive<S: Simd>(simd: S, a: S::$vector) -> bool {
                 let mask = simd.$greater(a, simd.$splat(0.0));
                 let bytes = bytemuck::bytes_of(&mask);
@@ -70,11 +85,11 @@ macro_rules! element {
     };
 }
 element!(
-    f32, f32s, splat_f32s, greater_than_f32s, select_f32s, add add_f32s(a, b), sub sub_f32s(a, b), mul mul_f32s(a, b), div div_f32s(a, b),
+    f32, f32s, splat_f32s, greater_than_f32s, select_f32s, xor_f32s, and_f32s, u32, add add_f32s(a, b), sub sub_f32s(a, b), mul mul_f32s(a, b), div div_f32s(a, b),
     min min_f32s(a, b), max max_f32s(a, b), neg neg_f32s(a), sqrt sqrt_f32s(a)
 );
 element!(
-    f64, f64s, splat_f64s, greater_than_f64s, select_f64s, add add_f64s(a, b), sub sub_f64s(a, b), mul mul_f64s(a, b), div div_f64s(a, b),
+    f64, f64s, splat_f64s, greater_than_f64s, select_f64s, xor_f64s, and_f64s, u64, add add_f64s(a, b), sub sub_f64s(a, b), mul mul_f64s(a, b), div div_f64s(a, b),
     min min_f64s(a, b), max max_f64s(a, b), neg neg_f64s(a), sqrt sqrt_f64s(a)
 );
 
@@ -153,6 +168,10 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
         self.map(<E as Element>::sqrt)
     }
     #[inline(always)]
+    fn abs(self) -> Self {
+        self.map(<E as Element>::abs)
+    }
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         self.zip(other, <E as Element>::min)
     }
@@ -180,6 +199,10 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
             result.0[i] = E::select(token::<S>(), self.0[i], yes.0[i], no.0[i]);
         }
         result
+    }
+    #[inline(always)]
+    fn with_sign_of(self, sign: Self) -> Self {
+        self.zip(sign, <E as Element>::with_sign_of)
     }
     #[inline(always)]
     fn any_positive(self) -> bool {

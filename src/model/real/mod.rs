@@ -84,6 +84,11 @@ pub trait Real:
     fn abs(self) -> Self {
         self.max(-self)
     }
+    /// The number where `sign` is above zero, otherwise its opposite.
+    #[inline(always)]
+    fn with_sign_of(self, sign: Self) -> Self {
+        sign.if_positive(self, -self)
+    }
     /// sin(2π · self), to 1e-11, by reduction to a quarter turn and the sine's series.
     #[inline(always)]
     fn sine_of_turns(self) -> Self {

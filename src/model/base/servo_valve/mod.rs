@@ -613,15 +613,17 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             (self.observes_blocked_ports, &self.valve, &path.pressures)
             && let Some(blocked) = valve.blocked(path.moment.opening, pressures)
         {
-            for (output, value) in [
-                (Output::ReturnFlow, blocked.return_flow),
-                (Output::PressureA, blocked.a),
-                (Output::PressureB, blocked.b),
-                (Output::LoadPressure, blocked.a - blocked.b),
-            ] {
-                if self.observes[output] {
-                    outputs[output] = value;
-                }
+            if self.observes[Output::ReturnFlow] {
+                outputs[Output::ReturnFlow] = blocked.return_flow;
+            }
+            if self.observes[Output::PressureA] {
+                outputs[Output::PressureA] = blocked.a;
+            }
+            if self.observes[Output::PressureB] {
+                outputs[Output::PressureB] = blocked.b;
+            }
+            if self.observes[Output::LoadPressure] {
+                outputs[Output::LoadPressure] = blocked.a - blocked.b;
             }
         }
         Shown {

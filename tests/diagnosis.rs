@@ -345,6 +345,58 @@ fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
     assert!(found.error_before > 5.0 && after < 1.15);
 }
 
+/// The flow behind a valve's loop and a line that rings, whichever comes first: nothing saturates, and nothing else is measured.
+fn behind_a_line(seed: u64) -> Record {
+    let (gain, time_constant) = (270.0, 0.0015);
+    let (frequency, damping) = (31.2 * std::f64::consts::TAU, 0.05);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let (mut integrator, mut spool, mut flow, mut rate) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+    let (mut commands, mut flows) = (Vec::new(), Vec::new());
+    let mut command = 0.0;
+    for row in 0..3000 {
+        // It comes to rest at both ends, where its noise shows.
+        if !(600..2200).contains(&row) {
+            command = 0.0;
+        } else if row % 40 == 0 {
+            command = random.random_range(-3.0..3.0);
+        }
+        commands.push(command);
+        flows.push(5.0 * flow + random.random_range(-0.1..0.1));
+        for _ in 0..100 {
+            let step = 1e-3 / 100.0;
+            integrator += step * gain * (command - spool);
+            spool += step * (integrator - spool) / time_constant;
+            rate += step * (frequency.powi(2) * (spool - flow) - 2.0 * damping * frequency * rate);
+            flow += step * rate;
+        }
+    }
+    let time = (0..3000).map(|row| 1e-3 * f64::from(row)).collect();
+    let channels = [
+        (Channel::Command, Series::new("V", commands)),
+        (Channel::Flow, Series::new("L/min", flows)),
+    ];
+    Record::new("line", time, channels).unwrap()
+}
+
+#[test]
+fn of_one_channel_the_poles_of_a_line_and_of_the_loop_are_a_tie() {
+    let forms = ["line_resonance", "sensor_lag~second_order"].map(|name| entry(name).unwrap());
+    let found = asked(&forms, &[behind_a_line(1)], &[behind_a_line(2)]);
+    let after = found.added[0].error_after;
+    let tied = found.added[0].tied_with.iter();
+    let mut named = names(&found);
+    named.extend(tied.map(|other| other.entry.name));
+    println!(
+        "{:?} {named:?}: {} -> {after}",
+        found.verdict, found.error_before
+    );
+    named.sort();
+    assert_eq!(
+        (found.verdict, &named[..]),
+        (Verdict::Found, &forms.map(|form| form.name)[..])
+    );
+}
+
 /// The same behind a lag that the limit does not reach, and by a curve that is a fourth root.
 #[test]
 fn a_pilot_stage_that_gives_no_more_is_found_behind_its_own_lag() {

@@ -276,6 +276,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         if !self.stage.goes_on() {
             return Ok(None);
         }
+        self.exchange_poles(&mut models);
         if round == 1 {
             self.deepen(model, &mut models);
         }
@@ -392,6 +393,23 @@ impl<'a, 'b> Selection<'a, 'b> {
                 self.evaluations += deeper.evaluations;
                 models[i].1 = deeper;
             }
+        }
+    }
+
+    /// Adds to the `models` those in which the loop has the poles of what it was followed by, where they are better: each began
+    /// with the poles that the loop came to rest with alone.
+    fn exchange_poles(&mut self, models: &mut Vec<(Effect, Model)>) {
+        let evidence = self.evidence;
+        let pairs = models.iter().flat_map(|(effect, model)| {
+            let others = models.iter().map(|(other, _)| *other);
+            others.filter_map(move |other| {
+                Some((other, evidence.with_poles_exchanged(model, *effect, other)?))
+            })
+        });
+        let exchanged: Vec<(Effect, Model)> = pairs.collect();
+        for (effect, one) in exchanged {
+            self.evaluations += one.evaluations;
+            keep_better(models, effect, one);
         }
     }
 

@@ -12,6 +12,8 @@ use super::verdict::NEAR;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
 use crate::evaluate::{Evaluator, Fingerprint, Memory, OwnLoss, reference};
+use crate::model::actuator::{damping_ratio, gain_and_lag, natural_frequency};
+use crate::model::base::servo_valve::{GAIN, TIME_CONSTANT};
 use crate::model::effects::{Effect, Scale};
 use crate::model::{Complete, Output, Outputs, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions, polish};
@@ -21,6 +23,7 @@ use crate::search::{
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
@@ -340,6 +343,35 @@ impl Evidence {
         let polished = trials.into_iter().chain(sized).filter_map(begun);
         let (_, problem) = polished.min_by(|a, b| a.0.total_cmp(&b.0))?;
         self.polished(problem)
+    }
+
+    /// `model` with `other` in the place of its `effect`, fitted from where the loop has the effect's poles and the other those of
+    /// the loop: of one output alone, two pairs of poles in a row can be exchanged. `None` where either has no such pair.
+    pub(super) fn with_poles_exchanged(
+        &self,
+        model: &Model,
+        effect: Effect,
+        other: Effect,
+    ) -> Option<Model> {
+        let pairs = effect.is_of_second_order() && other.is_of_second_order();
+        if !pairs || model.structure().observed.len() > 1 {
+            return None;
+        }
+        let mut start = model.problem.parameters.clone();
+        let value = |name: &str| Some(start.iter().find(|p| p.name == name)?.nominal());
+        let (gain, lag) = (value(GAIN)?, value(TIME_CONSTANT)?);
+        let own = effect.parameters(&self.sizes);
+        let (frequency, damping) = (value(&own[0].name)?, value(&own[1].name)?);
+        let trial = [natural_frequency(gain, lag) / TAU, damping_ratio(gain, lag)];
+        let [gain, lag] = gain_and_lag(TAU * frequency, damping);
+        for (name, value) in [(GAIN, gain), (TIME_CONSTANT, lag)] {
+            let own = start.iter_mut().filter(|p| p.name == name && !p.is_fixed());
+            own.for_each(|p| p.set_nominal(p.clamp(value)));
+        }
+        // Before those of the effect, which may be the same one.
+        let start: Vec<Parameter> = self.at(other, &trial).chain(start).collect();
+        let structure = model.structure().without(effect).with(other);
+        self.polished(self.problem(&structure, &start))
     }
 
     /// The effects of `model` that were known beforehand.

@@ -78,6 +78,12 @@ pub fn damping_ratio(gain: f64, time_constant: f64) -> f64 {
     0.5 / (gain * time_constant).sqrt()
 }
 
+/// Gain K (1/s) and lag T (s) of the unsaturated loop of this natural frequency (rad/s) and damping ratio.
+pub(crate) fn gain_and_lag(natural_frequency: f64, damping_ratio: f64) -> [f64; 2] {
+    let twice = 2.0 * damping_ratio;
+    [natural_frequency / twice, 1.0 / (twice * natural_frequency)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,5 +106,11 @@ mod tests {
     fn the_published_valve_has_the_published_dynamics() {
         assert!((natural_frequency(253.7128, 0.0211) - 109.66).abs() < 0.01);
         assert!((damping_ratio(253.7128, 0.0211) - 0.216).abs() < 0.0005);
+        let poles = (
+            natural_frequency(253.7128, 0.0211),
+            damping_ratio(253.7128, 0.0211),
+        );
+        let [gain, lag] = gain_and_lag(poles.0, poles.1);
+        assert!((gain - 253.7128).abs() < 1e-9 && (lag - 0.0211).abs() < 1e-13);
     }
 }

@@ -254,6 +254,12 @@ impl Effect {
         self.entry.cause() == other.entry.cause() && self.output == other.output
     }
 
+    /// Whether it filters an output by an equation of second order, of which its first two parameters are the natural frequency
+    /// (Hz) and the damping.
+    pub(crate) fn is_of_second_order(&self) -> bool {
+        self.entry.frequency.is_some() && self.entry.states.len() == 2 && self.output.is_some()
+    }
+
     /// Whether it delays the command, whatever the values of its parameters.
     pub(in crate::model) fn delays(&self) -> bool {
         Action::<f64>::new(self.entry.name, || 1.0)

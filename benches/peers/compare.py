@@ -355,7 +355,7 @@ def converged(record, candidates):
     fine = Numba(np.float64, steps=200)
     fine.prepare(record, candidates[:TRAJECTORIES])
     spools = fine.trajectories()
-    proof = Scipy("DOP853", 1e-10, 1e-10)
+    proof = Scipy("DOP853", 1e-12, 1e-12)
     proof.prepare(record, candidates[:8])
     difference = np.abs(spools[:8] - proof.trajectories()).max() / FULL_SCALE
     assert difference < 1e-6, f"the converged solution is off by {difference:.1e} of full scale"

@@ -23,20 +23,36 @@ pub fn advance<R: Real, const N: usize, D: Dynamics<R>>(
             };
             let mut slope = plant.derivative(&state, start, &stage);
             let mut sum = slope;
-            for (share, weight, input) in [(0.5, 2.0, middle), (0.5, 2.0, middle), (1.0, 1.0, end)]
-            {
-                stage.since = step * R::constant(share);
-                let state = moved(state, stage.since, &slope);
-                slope = plant.derivative(&state, input, &stage);
-                for i in 0..N {
-                    sum[i] = sum[i] + R::constant(weight) * slope[i];
-                }
-            }
+            // Written out, not a loop: what is indexed by numbers known when this is compiled stays in registers.
+            let half = (step, 0.5, 2.0);
+            slope = later(plant, &state, &slope, &mut sum, half, middle, &mut stage);
+            slope = later(plant, &state, &slope, &mut sum, half, middle, &mut stage);
+            let whole = (step, 1.0, 1.0);
+            later(plant, &state, &slope, &mut sum, whole, end, &mut stage);
             let mut end_state = moved(state, step * R::constant(1.0 / 6.0), &sum);
             plant.end_step(&state, &mut end_state, [start, end], slip_direction, step);
             end_state
         },
     )
+}
+
+/// The slope at a later stage, a share of the step along the `slope` of the one before, which counts in the `sum` with a weight.
+#[inline(always)]
+fn later<R: Real, const N: usize, D: Dynamics<R>>(
+    plant: &D,
+    state: &[R; N],
+    slope: &[R; N],
+    sum: &mut [R; N],
+    (step, share, weight): (R, f64, f64),
+    input: &Input<R>,
+    stage: &mut Stage<R>,
+) -> [R; N] {
+    stage.since = step * R::constant(share);
+    let slope = plant.derivative(&moved(*state, stage.since, slope), input, stage);
+    for i in 0..N {
+        sum[i] = sum[i] + R::constant(weight) * slope[i];
+    }
+    slope
 }
 
 #[inline(always)]

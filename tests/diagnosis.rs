@@ -345,6 +345,16 @@ fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
     assert!(found.error_before > 5.0 && after < 1.15);
 }
 
+/// The same behind a lag that the limit does not reach, and by a curve that is a fourth root.
+#[test]
+fn a_pilot_stage_that_gives_no_more_is_found_behind_its_own_lag() {
+    let case = &cases(&["forms/slew_limit~smooth/3x/1"])[0];
+    let found = all_asked(&[case.setup(7).unwrap().record().unwrap()], &[]);
+    println!("{:?} {:?}", found.verdict, names(&found));
+    assert_eq!(found.verdict, Verdict::Found);
+    assert_eq!(names(&found), ["slew_limit~pilot"]);
+}
+
 /// The flow behind a valve's loop and a line that rings, whichever comes first: nothing saturates, and nothing else is measured.
 fn behind_a_line(seed: u64) -> Record {
     let (gain, time_constant) = (270.0, 0.0015);
@@ -395,16 +405,6 @@ fn of_one_channel_the_poles_of_a_line_and_of_the_loop_are_a_tie() {
         (found.verdict, &named[..]),
         (Verdict::Found, &forms.map(|form| form.name)[..])
     );
-}
-
-/// The same behind a lag that the limit does not reach, and by a curve that is a fourth root.
-#[test]
-fn a_pilot_stage_that_gives_no_more_is_found_behind_its_own_lag() {
-    let case = &cases(&["forms/slew_limit~smooth/3x/1"])[0];
-    let found = all_asked(&[case.setup(7).unwrap().record().unwrap()], &[]);
-    println!("{:?} {:?}", found.verdict, names(&found));
-    assert_eq!(found.verdict, Verdict::Found);
-    assert_eq!(names(&found), ["slew_limit~pilot"]);
 }
 
 #[test]

@@ -14,7 +14,7 @@ use servobee::model::base::{
 use servobee::model::declare::Declare;
 use servobee::model::effects::{CATALOGUE, Effect, Moment, Stage};
 use servobee::model::{
-    Complete, Initial, Input, Output, Outputs, Pace, Parameter, Ports, Real, Structure,
+    Complete, Initial, Input, Output, Outputs, Pace, Parameter, Ports, Real, Setting, Structure,
 };
 use servobee::record::{self, Channel, Record};
 use servobee::report::ModelFile;
@@ -35,14 +35,14 @@ impl BaseModel for FlowMeter {
         vec!["the lag of the flow meter"]
     }
 
-    fn states(&self, _: &Structure) -> Vec<&'static str> {
+    fn states(&self, _: &Setting) -> Vec<&'static str> {
         vec!["shown"]
     }
 
-    fn unit<'a>(&'a self, structure: &'a Structure, output: Output) -> &'a str {
+    fn unit<'a>(&'a self, setting: &Setting<'a>, output: Output) -> &'a str {
         match output {
             Output::Flow => "L/min",
-            _ => &structure.command_unit,
+            _ => setting.command_unit,
         }
     }
 }
@@ -50,7 +50,7 @@ impl BaseModel for FlowMeter {
 impl WithEquations for FlowMeter {
     type Equations<R: Real> = Meter<R>;
 
-    fn equations<R: Real>(&self, _: &Structure, parameters: &mut dyn Declare<R>) -> Meter<R> {
+    fn equations<R: Real>(&self, _: &Setting, parameters: &mut dyn Declare<R>) -> Meter<R> {
         let lag = || Parameter::log("meter_lag", "s", 1e-3, 0.02, 1.0).paced(Pace::TimeConstant);
         Meter {
             gain: parameters

@@ -5,7 +5,7 @@ use crate::evaluate::Problem;
 use crate::evaluate::problem::{Data, Sample, Series};
 use crate::evaluate::simulate::outputs;
 use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
-use crate::model::effects::Port;
+use crate::model::effects::{Host, Port};
 use crate::model::valve::{AreaLaw, Drop, Meter, RATED_DROP};
 use crate::model::{
     Complete, Dynamics, Hold, Initial, Input, Output, Outputs, Parameter, Plant, Structure,

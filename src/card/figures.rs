@@ -9,6 +9,7 @@ use super::response::Response;
 use super::step::Step;
 use super::threshold::threshold;
 use crate::evaluate::Problem;
+use crate::model::effects::Host;
 use crate::model::{Output, Structure};
 
 /// Everything that is done with a valve on the bench.

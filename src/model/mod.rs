@@ -20,6 +20,7 @@ mod parameter;
 mod plant;
 mod ports;
 pub mod real;
+mod setting;
 mod structure;
 pub mod valve;
 
@@ -34,5 +35,6 @@ pub use parameter::{Pace, Parameter, Role, Scale};
 pub use plant::{Alone, BarePlant, Dynamics, Plant, View, Whole};
 pub use ports::Ports;
 pub use real::{Real, Valued};
+pub use setting::{Hold, Initial, Setting};
 pub(crate) use structure::MOST_STATES;
-pub use structure::{Hold, Initial, Structure};
+pub use structure::Structure;

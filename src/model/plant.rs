@@ -121,7 +121,7 @@ impl View for Alone {
             .servo_valve()
             .expect("a servo valve was asked for");
         BarePlant {
-            base: base.equations(structure, &mut Given::new(values)),
+            base: base.equations(&structure.setting(), &mut Given::new(values)),
             initial: structure.initial,
             observes_flow: structure.observes_flow(),
         }
@@ -144,12 +144,17 @@ impl<R: Real> Plant<R> {
     #[inline(always)]
     pub fn new(structure: &Structure, values: &Complete<R>) -> Self {
         let mut given = Given::new(values);
-        let base = BaseEquations::new(structure, &mut given);
+        let base = BaseEquations::new(&structure.base, &structure.setting(), &mut given);
         let states = structure.base_states().len();
         let mut filtered = structure.filtered();
         Self {
             base,
-            attached: Attached::new(structure, states, &mut || given.next_value()),
+            attached: Attached::new(
+                &structure.effects,
+                structure.free_form.as_ref(),
+                states,
+                &mut || given.next_value(),
+            ),
             initial: structure.initial,
             observes_flow: structure.observes_flow(),
             filters: (

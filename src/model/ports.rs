@@ -1,8 +1,8 @@
 //! What is attached at the ports of a base model: nothing, or effects and a correction of unknown form.
 
-use super::effects::{Act, Action, Moment, Motion, Port, Stage};
-use super::free_form::{Correction, Signal};
-use super::{Output, Real, Structure};
+use super::effects::{Act, Action, Effect, Moment, Motion, Port, Stage};
+use super::free_form::{Correction, FreeForm, Signal};
+use super::{Output, Real};
 use std::ops::Range;
 
 /// What is attached inside a base model, at the ports of motion, area and flow. Every default is that of nothing.
@@ -164,18 +164,19 @@ pub struct Attached<R> {
 }
 
 impl<R: Real> Attached<R> {
-    /// What is attached in `structure`; the states of effects begin with number `state`, `next` gives the values of
-    /// their parameters.
+    /// These effects and this correction; the states of effects begin with number `state`, `next` gives the values of the
+    /// parameters.
     #[inline(always)]
     pub(super) fn new(
-        structure: &Structure,
+        attached: &[Effect],
+        correction: Option<&FreeForm>,
         mut state: usize,
         next: &mut impl FnMut() -> R,
     ) -> Self {
-        let mut effects = Vec::with_capacity(structure.effects.len());
+        let mut effects = Vec::with_capacity(attached.len());
         let (mut follows_flow, mut feels_load) = (false, false);
         let (mut pulls, mut sticks) = (false, false);
-        for effect in &structure.effects {
+        for effect in attached {
             let has_states = !effect.entry.states.is_empty();
             follows_flow |=
                 has_states && effect.entry.port == Port::Flow && effect.output.is_none();
@@ -191,12 +192,10 @@ impl<R: Real> Attached<R> {
                 output: effect.output,
             });
         }
-        let correction = structure.free_form.as_ref();
         Self {
             effects,
             correction: correction.map(|form| Correction::new(form, next)),
-            ends_steps: structure
-                .effects
+            ends_steps: attached
                 .iter()
                 .any(|effect| effect.entry.port == Port::Actuator),
             follows_flow,

@@ -4,49 +4,16 @@ use super::base::each_base;
 use super::base::servo_valve::Drive;
 use super::base::{Base, BaseEquations, BaseModel, ServoValve};
 use super::declare::Listing;
-use super::effects::{Effect, Port, Scale};
+use super::effects::{Effect, Host, Port, Scale};
 use super::free_form::FreeForm;
-use super::valve::{AreaLaw, Drop, ValveForm};
+use super::setting::{Hold, Initial, Setting};
+use super::valve::{Drop, ValveForm};
 use super::{Output, Outputs, Parameter};
 use crate::record::Channel;
 use serde::{Deserialize, Serialize};
 
 /// Most states of a structure: the time loops are compiled for so many.
 pub(crate) const MOST_STATES: usize = 28;
-
-/// The command between two samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Hold {
-    /// Keeps the earlier sample's value, as a DAC does.
-    #[default]
-    Held,
-    /// Goes straight from one to the next.
-    Interpolated,
-}
-
-impl Hold {
-    /// The other of the two.
-    pub(crate) fn other(self) -> Self {
-        match self {
-            Self::Held => Self::Interpolated,
-            Self::Interpolated => Self::Held,
-        }
-    }
-}
-
-/// The state at the first sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Initial {
-    /// In equilibrium with the first command.
-    #[default]
-    Equilibrium,
-    /// All zero.
-    Rest,
-    /// Fitted: the spool stands still at the parameter `initial_spool`.
-    Free,
-}
 
 /// Which parts the model has. In a model file the fields of a servo valve stand beside the others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -98,6 +65,16 @@ impl Structure {
         }
     }
 
+    /// What its base model is told of its surroundings.
+    pub fn setting(&self) -> Setting<'_> {
+        Setting {
+            full_scale: self.full_scale,
+            command_unit: &self.command_unit,
+            observed: &self.observed,
+            initial: self.initial,
+        }
+    }
+
     /// The servo valve, where that is the base model.
     pub fn servo_valve(&self) -> Option<&ServoValve> {
         match &self.base {
@@ -127,7 +104,7 @@ impl Structure {
     /// Whether an observed output follows from the flow of a valve.
     pub fn needs_valve(&self) -> bool {
         self.servo_valve()
-            .is_some_and(|base| base.needs_valve(self))
+            .is_some_and(|base| base.needs_valve(&self.setting()))
     }
 
     /// Takes the valve away.
@@ -140,7 +117,7 @@ impl Structure {
     /// Whether a position is observed that is integrated from the flow.
     pub fn integrates_position(&self) -> bool {
         self.servo_valve()
-            .is_some_and(|base| base.integrates_position(self))
+            .is_some_and(|base| base.integrates_position(&self.setting()))
     }
 
     /// Whether it has this port: those of command and measurement are every model's.
@@ -161,22 +138,9 @@ impl Structure {
         self.observed.contains(&output)
     }
 
-    /// Whether anything that is observed follows from the flow of a valve.
-    pub(crate) fn shows_a_flow(&self) -> bool {
-        let mut observed = self.observed.iter();
-        observed.any(|&output| self.follows_flow(output))
-    }
-
-    /// Whether its valve has edges of their own: see [`AreaLaw::Edges`].
-    pub(crate) fn has_edges(&self) -> bool {
-        self.valve()
-            .is_some_and(|valve| valve.area == AreaLaw::Edges)
-    }
-
     /// Whether an output is observed while the ports A and B are blocked.
     pub fn observes_blocked_ports(&self) -> bool {
-        let mut observed = self.observed.iter();
-        observed.any(|output| output.is_of_blocked_ports())
+        self.setting().observes_blocked_ports()
     }
 
     /// What the base model consists of, in words.
@@ -186,7 +150,7 @@ impl Structure {
 
     /// The unit of `output`.
     pub fn unit(&self, output: Output) -> &str {
-        each_base!(Base, &self.base, base => base.unit(self, output))
+        each_base!(Base, &self.base, base => base.unit(&self.setting(), output))
     }
 
     /// Whether `output` is read off the flow at every instant.
@@ -262,7 +226,7 @@ impl Structure {
             Port::Command => self.hold == Hold::Held,
             port => port != Port::Actuator,
         };
-        each_base!(Base, &self.base, base => base.has_exact_step(self))
+        each_base!(Base, &self.base, base => base.has_exact_step(&self.setting()))
             && self.effects.iter().all(still)
             && self.free_form.as_ref().is_none_or(correction)
     }
@@ -282,7 +246,7 @@ impl Structure {
 
     /// The names of the base model's states: the first ones.
     pub(super) fn base_states(&self) -> Vec<&'static str> {
-        each_base!(Base, &self.base, base => base.states(self))
+        each_base!(Base, &self.base, base => base.states(&self.setting()))
     }
 
     /// All parameters with generic bounds and start values, in the order in which a plant takes them.
@@ -315,7 +279,7 @@ impl Structure {
     /// The same, with bounds of the effects' parameters that suit `scale`.
     pub fn parameters_at(&self, scale: &Scale) -> Vec<Parameter> {
         let mut listing = Listing::default();
-        BaseEquations::new(self, &mut listing);
+        BaseEquations::new(&self.base, &self.setting(), &mut listing);
         let mut list = listing.0;
         for effect in &self.effects {
             list.extend(effect.parameters(scale));
@@ -335,6 +299,32 @@ impl Structure {
     /// [`Structure::parameters`] with bounds of the caller's.
     pub fn fastest_rate(&self, parameters: &[Parameter]) -> f64 {
         each_base!(Base, &self.base, base => base.fastest_rate(parameters))
+    }
+}
+
+impl Host for Structure {
+    fn has(&self, port: Port) -> bool {
+        self.has(port)
+    }
+
+    fn observed(&self) -> &[Output] {
+        &self.observed
+    }
+
+    fn follows_flow(&self, output: Output) -> bool {
+        self.follows_flow(output)
+    }
+
+    fn command_unit(&self) -> &str {
+        &self.command_unit
+    }
+
+    fn unit(&self, output: Output) -> &str {
+        self.unit(output)
+    }
+
+    fn valve(&self) -> Option<&ValveForm> {
+        self.valve()
     }
 }
 

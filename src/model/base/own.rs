@@ -1,11 +1,11 @@
 //! Base models from outside this crate.
 
-use super::{Base, BaseModel, Equations, WithEquations};
+use super::equations::{BaseModel, Equations, WithEquations};
+use crate::model::Real;
 use crate::model::declare::Declare;
 use crate::model::ports::Attached;
 use crate::model::real::reading::{Readings, for_number, reading};
-use crate::model::{Real, Structure};
-use crate::{Error, Result};
+use crate::model::setting::Setting;
 use std::fmt;
 use std::ops::Deref;
 use std::rc::Rc;
@@ -20,45 +20,32 @@ struct Registered {
     readings: Readings,
 }
 
-type Make<R> = fn(&Structure, &mut dyn Declare<R>) -> OwnEquations<R>;
+type Make<R> = fn(&Setting, &mut dyn Declare<R>) -> OwnEquations<R>;
 
 static REGISTERED: RwLock<Vec<OwnBase>> = RwLock::new(Vec::new());
 
-/// Makes a base model known to this process: a structure can have it, model files name it, every evaluator computes it
-/// and the polish differentiates it. It is described by its default value.
-///
-/// # Errors
-/// There is a base model of this name already.
-pub fn register_base<B>() -> Result<OwnBase>
-where
-    B: WithEquations + Default,
-{
-    let base = B::default();
-    let mut registered = REGISTERED.write().expect("no panic while it is held");
-    let name = base.name();
-    if Base::built_in(name).is_some() || registered.iter().any(|own| own.name() == name) {
-        return Err(Error::input(
-            format!("base model {name:?}"),
-            "is there already",
-            "give it another name, and register it once",
-        ));
-    }
-    let own = OwnBase(Box::leak(Box::new(Registered {
-        description: Box::new(base),
-        readings: |number| for_number!(number, R => make::<B, R> as Make<R>),
-    })));
-    registered.push(own);
-    Ok(own)
-}
-
 fn make<B: WithEquations + Default, R: Real>(
-    structure: &Structure,
+    setting: &Setting,
     parameters: &mut dyn Declare<R>,
 ) -> OwnEquations<R> {
-    OwnEquations(Rc::new(B::default().equations(structure, parameters)))
+    OwnEquations(Rc::new(B::default().equations(setting, parameters)))
 }
 
 impl OwnBase {
+    /// Registers `base`, where none of its name is.
+    pub(super) fn register<B: WithEquations + Default>(base: B) -> Option<Self> {
+        let mut registered = REGISTERED.write().expect("no panic while it is held");
+        if registered.iter().any(|own| own.name() == base.name()) {
+            return None;
+        }
+        let own = Self(Box::leak(Box::new(Registered {
+            description: Box::new(base),
+            readings: |number| for_number!(number, R => make::<B, R> as Make<R>),
+        })));
+        registered.push(own);
+        Some(own)
+    }
+
     /// The registered base model called `name`.
     pub fn named(name: &str) -> Option<Self> {
         let registered = REGISTERED.read().expect("no panic while it is held");
@@ -90,11 +77,11 @@ impl OwnBase {
     /// Its equations, as [`WithEquations::equations`].
     pub(super) fn equations<R: Real>(
         &self,
-        structure: &Structure,
+        setting: &Setting,
         parameters: &mut dyn Declare<R>,
     ) -> OwnEquations<R> {
         let make: Make<R> = reading::<R, _>(self.0.readings);
-        make(structure, parameters)
+        make(setting, parameters)
     }
 }
 

@@ -1,6 +1,36 @@
-//! What an effect can do at its port. Every method's default changes nothing.
+//! Where an effect attaches, and what it can do there. Every method's default changes nothing.
 
 use crate::model::{Input, Real};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Where an effect attaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Port {
+    /// The command on its way to the actuator.
+    Command,
+    /// The motion of the spool.
+    Actuator,
+    /// The opening that follows from the spool's position.
+    Area,
+    /// The flow and the pressure that drives it.
+    Flow,
+    /// What a sensor makes of the quantity that it measures.
+    Measurement,
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            Self::Command => "command",
+            Self::Actuator => "actuator",
+            Self::Area => "area",
+            Self::Flow => "flow",
+            Self::Measurement => "measurement",
+        })
+    }
+}
 
 /// How the spool moves, in the unit of the command.
 #[derive(Debug, Clone, Copy)]

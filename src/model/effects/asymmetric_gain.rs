@@ -1,6 +1,6 @@
 //! The two directions have different gains.
 
-use super::entry;
+use super::host;
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
@@ -18,7 +18,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::shows_its_area,
+    applies: host::shows_its_area,
     outputs: None,
     view: None,
     frequency: None,

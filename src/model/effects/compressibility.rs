@@ -1,9 +1,9 @@
 //! A trapped volume fills before the flow passes on.
 
 use super::act::lagged;
-use super::entry;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
+use super::{entry, host};
 use crate::model::{Parameter, Real};
 
 /// Ten litres of oil fill faster through a valve that gives 0.1 L/min per bar, s: V / (β ∂Q/∂p) at 1 GPa.
@@ -32,8 +32,8 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &["filled"],
     neutral: &[("compressibility", 0.0)],
-    applies: entry::shows_a_flow,
-    outputs: Some(entry::flow_outputs),
+    applies: host::shows_a_flow,
+    outputs: Some(host::flow_outputs),
     view: Some(View::new(
         Excitation::Chirp,
         Over::OutputRate,

@@ -1,8 +1,8 @@
 //! A loop settles at a share of its command.
 
-use super::entry;
-use super::{Act, Entry, Port};
-use crate::model::{Parameter, Real, Structure};
+use super::host;
+use super::{Act, Entry, Host, Port};
+use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "dc_gain",
@@ -25,9 +25,9 @@ pub(super) const ENTRY: Entry = Entry {
 };
 
 /// In another unit the ratio of loop and command is a parameter of the base model.
-fn compares_with_its_command(structure: &Structure) -> bool {
-    let output = entry::loop_output(structure);
-    output.is_some_and(|output| structure.unit(output) == structure.command_unit)
+fn compares_with_its_command(host: &dyn Host) -> bool {
+    let output = host::loop_output(host);
+    output.is_some_and(|output| host.unit(output) == host.command_unit())
 }
 
 /// The loop settles at a share of its command that is not 1.
@@ -54,7 +54,7 @@ impl<R: Real> Act<R> for DcGain<R> {
 mod tests {
     use super::*;
     use crate::model::base::servo_valve::Piston;
-    use crate::model::{Output, ServoValve};
+    use crate::model::{Output, ServoValve, Structure};
 
     #[test]
     fn the_loop_is_asked_for_a_share_of_the_command() {

@@ -1,6 +1,6 @@
 //! The command arrives late.
 
-use super::entry;
+use super::host;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
@@ -30,7 +30,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::always,
+    applies: host::always,
     outputs: None,
     view: Some(View::new(
         Excitation::Chirp,

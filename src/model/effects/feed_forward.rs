@@ -1,9 +1,9 @@
 //! The command's rate is fed forward.
 
-use super::entry;
+use super::host;
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Port};
-use crate::model::{Parameter, Real, Structure};
+use super::{Act, Entry, Host, Port};
+use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "feed_forward",
@@ -32,8 +32,8 @@ pub(super) const ENTRY: Entry = Entry {
     frequency: None,
 };
 
-fn shows_a_loop(structure: &Structure) -> bool {
-    entry::loop_output(structure).is_some()
+fn shows_a_loop(host: &dyn Host) -> bool {
+    host::loop_output(host).is_some()
 }
 
 /// The rate of the command is fed forward.

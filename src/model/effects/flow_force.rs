@@ -1,6 +1,6 @@
 //! The flow pushes the spool towards null.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
@@ -19,7 +19,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::moves_no_piston,
+    applies: host::moves_no_piston,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(1))),
     frequency: None,

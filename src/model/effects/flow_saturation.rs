@@ -1,6 +1,6 @@
 //! The ports are fully open before the spool is at its end.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
@@ -23,7 +23,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::has_lands,
+    applies: host::has_lands,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(3))),
     frequency: None,

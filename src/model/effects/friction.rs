@@ -1,6 +1,6 @@
 //! The spool sticks.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
@@ -48,7 +48,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::moves_a_spool,
+    applies: host::moves_a_spool,
     outputs: None,
     // With stiction, so that it lets go with a jump.
     view: Some(View::new(

@@ -1,6 +1,6 @@
 //! The opening curves with the stroke.
 
-use super::entry;
+use super::host;
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
@@ -18,7 +18,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::shows_its_area,
+    applies: host::shows_its_area,
     outputs: None,
     view: None,
     frequency: None,
@@ -64,7 +64,7 @@ pub(super) const KNEE: Entry = Entry {
             .map(Vec::from)
             .to_vec()
     },
-    applies: entry::has_lands,
+    applies: host::has_lands,
     ..ENTRY
 };
 

@@ -1,6 +1,6 @@
 //! The command acts through a play.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port, Stage};
 use crate::model::{Parameter, Real};
@@ -31,7 +31,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &["play"],
     neutral: &[],
-    applies: entry::always,
+    applies: host::always,
     outputs: None,
     view: Some(View::new(view::SMALL, Over::Command, Values::Trial(1))),
     frequency: None,
@@ -83,7 +83,7 @@ pub(super) const FEEDBACK: Entry = Entry {
             most,
         )]
     },
-    applies: entry::moves_a_spool,
+    applies: host::moves_a_spool,
     ..ENTRY
 };
 

@@ -1,6 +1,6 @@
 //! Oil leaks past the lands, from P to T. A meter between A and B does not see it.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Output, Parameter, Real};
@@ -46,7 +46,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::shows_what_is_delivered,
+    applies: host::shows_what_is_delivered,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(2))),
     frequency: None,

@@ -1,9 +1,9 @@
 //! The line to the flow meter rings.
 
-use super::entry;
 use super::second_order::SecondOrder;
 use super::view::{Excitation, Over, Values, View};
 use super::{Entry, Port};
+use super::{entry, host};
 use crate::model::{Pace, Parameter};
 
 /// 50 m of line, closed at its end, ring at this frequency, Hz: c / 4L.
@@ -40,8 +40,8 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &["column", "column_rate"],
     neutral: &[("line_share", 0.0)],
-    applies: entry::shows_a_flow,
-    outputs: Some(entry::flow_outputs),
+    applies: host::shows_a_flow,
+    outputs: Some(host::flow_outputs),
     view: Some(View::new(
         Excitation::Step { seconds: 0.4 },
         Over::Time,

@@ -5,13 +5,19 @@
 //! no straight part (`slew_limit~rounded`, `slew_limit~pilot`) changes less than 4e-5 of the range.
 
 mod act;
+mod effect;
 mod entry;
+mod host;
 mod own;
+mod register;
 pub mod view;
 
-pub use act::{Act, Moment, Motion, Stage};
-pub use entry::{Effect, Entry, Port, Scale, Trial};
-pub use own::{Law, register};
+pub use act::{Act, Moment, Motion, Port, Stage};
+pub use effect::Effect;
+pub use entry::{Entry, Scale, Trial};
+pub use host::Host;
+pub use own::Law;
+pub use register::register;
 
 use super::Real;
 

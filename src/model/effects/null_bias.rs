@@ -1,6 +1,6 @@
 //! The command is shifted.
 
-use super::entry;
+use super::host;
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
 
@@ -26,7 +26,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::always,
+    applies: host::always,
     outputs: None,
     view: None,
     frequency: None,

@@ -1,6 +1,6 @@
 //! The lands overlap the ports.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Parameter, Real};
@@ -19,7 +19,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::has_lands,
+    applies: host::has_lands,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(3))),
     frequency: None,

@@ -1,8 +1,8 @@
 //! Something periodic is added to the measurement.
 
-use super::entry;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port, Scale};
+use super::{entry, host};
 use crate::model::{Output, Parameter, Real};
 
 /// A frequency below `nyquist` times the one up to which rows tell it from a lower one.
@@ -48,8 +48,8 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::always,
-    outputs: Some(entry::any_output),
+    applies: host::always,
+    outputs: Some(host::any_output),
     view: Some(View::new(
         Excitation::Step { seconds: 0.1 },
         Over::Time,

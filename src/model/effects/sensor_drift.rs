@@ -1,7 +1,7 @@
 //! A sensor's zero drifts.
 
-use super::entry;
 use super::{Act, Entry, Moment, Port, Scale};
+use super::{entry, host};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -26,8 +26,8 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::always,
-    outputs: Some(entry::any_output),
+    applies: host::always,
+    outputs: Some(host::any_output),
     view: None,
     frequency: None,
 };

@@ -1,10 +1,10 @@
 //! A sensor lags.
 
 use super::act::lagged;
-use super::entry;
 use super::second_order::SecondOrder;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
+use super::{entry, host};
 use crate::model::{Parameter, Real};
 
 /// The slowest sensor of second order, Hz.
@@ -32,8 +32,8 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &["sensor"],
     neutral: &[("sensor_lag", 0.0)],
-    applies: entry::always,
-    outputs: Some(entry::any_output),
+    applies: host::always,
+    outputs: Some(host::any_output),
     view: Some(View::new(
         Excitation::Chirp,
         Over::OutputRate,

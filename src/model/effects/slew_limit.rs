@@ -1,6 +1,6 @@
 //! The spool's speed is limited.
 
-use super::entry;
+use super::host;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Motion, Port, Scale, Stage};
 use crate::model::{Parameter, Real};
@@ -32,7 +32,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &["saturation"],
     states: &[],
     neutral: &[],
-    applies: entry::moves_a_spool,
+    applies: host::moves_a_spool,
     outputs: None,
     // Little below the fastest that is asked for: a valve that is limited for long runs away.
     view: Some(View::new(

@@ -1,6 +1,6 @@
 //! The spool meets its end stops.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Motion, Port, Scale};
 use crate::model::{Pace, Parameter, Real};
@@ -30,7 +30,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::moves_a_spool,
+    applies: host::moves_a_spool,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Command, Values::Trial(3))),
     frequency: None,

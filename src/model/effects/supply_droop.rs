@@ -1,6 +1,6 @@
 //! The supply gives way under flow.
 
-use super::entry;
+use super::host;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port};
 use crate::model::{Output, Pace, Parameter, Real};
@@ -50,7 +50,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &["drawn"],
     neutral: &[],
-    applies: entry::has_a_rated_drop,
+    applies: host::has_a_rated_drop,
     outputs: None,
     view: Some(View::new(
         view::triangle(9.0, 2.0, 2),

@@ -1,6 +1,6 @@
 //! How an effect is looked at: the command that shows it, and what its residual is drawn over.
 
-use super::entry::Port;
+use super::act::Port;
 use crate::model::Output;
 
 /// The view that shows an effect best.

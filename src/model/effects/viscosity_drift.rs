@@ -1,6 +1,6 @@
 //! The flow follows the oil's temperature.
 
-use super::entry;
+use super::host;
 use super::sensor_drift::settling_time;
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
@@ -36,7 +36,7 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: entry::shows_a_flow,
+    applies: host::shows_a_flow,
     outputs: None,
     view: Some(View::new(
         view::triangle(9.0, 2.0, 4),

@@ -2,6 +2,7 @@
 
 use super::bounds::around;
 use crate::model::edges::{PILOT_FLOW, edge_name};
+use crate::model::effects::Host;
 use crate::model::valve::{MAX_AREA, RATED_DROP};
 use crate::model::{Output, Parameter, Structure};
 use crate::record::{Channel, Direction, Record, Series};

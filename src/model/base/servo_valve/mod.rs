@@ -7,13 +7,14 @@ mod records;
 
 pub use records::{parameters_for, remarks, scale_of, structure_for};
 
-use super::{BaseModel, Equations, Shown, WithEquations};
+use super::equations::{BaseModel, Equations, Shown, WithEquations};
 use crate::model::actuator::Actuator;
 use crate::model::declare::Declare;
 use crate::model::effects::{Moment, Motion, Port, Stage};
 use crate::model::ports::Ports;
+use crate::model::setting::{Initial, Setting};
 use crate::model::valve::{Drop, Meter, Pressures, Valve, ValveForm};
-use crate::model::{Initial, Input, Output, Outputs, Pace, Parameter, Real, Structure};
+use crate::model::{Input, Output, Outputs, Pace, Parameter, Real};
 use crate::record::Channel;
 use serde::{Deserialize, Serialize};
 
@@ -112,19 +113,19 @@ impl ServoValve {
     }
 
     /// Whether the position is that of a loop whose command is in another unit.
-    fn converts_position(&self, structure: &Structure) -> bool {
-        let is_loop = structure.observes(Output::Position) && self.piston == Piston::Servo;
-        is_loop && structure.command_unit != self.unit(structure, Output::Position)
+    fn converts_position(&self, setting: &Setting) -> bool {
+        let is_loop = setting.observes(Output::Position) && self.piston == Piston::Servo;
+        is_loop && setting.command_unit != self.unit(setting, Output::Position)
     }
 
-    /// Whether `structure`, whose base this is, integrates a position from the flow.
-    pub(crate) fn integrates_position(&self, structure: &Structure) -> bool {
-        structure.observes(Output::Position) && self.piston == Piston::Integrated
+    /// Whether it integrates a position from the flow.
+    pub(crate) fn integrates_position(&self, setting: &Setting) -> bool {
+        setting.observes(Output::Position) && self.piston == Piston::Integrated
     }
 
-    /// Whether an output that `structure` observes follows from the flow of a valve.
-    pub fn needs_valve(&self, structure: &Structure) -> bool {
-        let mut observed = structure.observed.iter();
+    /// Whether an output that is observed follows from the flow of a valve.
+    pub fn needs_valve(&self, setting: &Setting) -> bool {
+        let mut observed = setting.observed.iter();
         observed.any(|&output| self.follows_flow(output) || output.is_of_blocked_ports())
     }
 }
@@ -143,12 +144,12 @@ impl BaseModel for ServoValve {
         [spool].into_iter().chain(valve).collect()
     }
 
-    fn states(&self, structure: &Structure) -> Vec<&'static str> {
+    fn states(&self, setting: &Setting) -> Vec<&'static str> {
         let mut names = Vec::new();
         if self.moves_a_spool() {
             names.extend(["integrator", "spool"]);
         }
-        if self.integrates_position(structure) {
+        if self.integrates_position(setting) {
             names.push("position");
         }
         names
@@ -162,9 +163,9 @@ impl BaseModel for ServoValve {
         }
     }
 
-    fn unit<'a>(&'a self, structure: &'a Structure, output: Output) -> &'a str {
+    fn unit<'a>(&'a self, setting: &Setting<'a>, output: Output) -> &'a str {
         match output {
-            Output::Spool => self.spool_unit.as_ref().unwrap_or(&structure.command_unit),
+            Output::Spool => self.spool_unit.as_deref().unwrap_or(setting.command_unit),
             Output::Flow | Output::ReturnFlow => "L/min",
             Output::PressureA | Output::PressureB | Output::LoadPressure => "bar",
             Output::Position => "mm",
@@ -206,8 +207,8 @@ impl BaseModel for ServoValve {
         loop_rate.max(others)
     }
 
-    fn has_exact_step(&self, structure: &Structure) -> bool {
-        self.moves_a_spool() && !self.integrates_position(structure)
+    fn has_exact_step(&self, setting: &Setting) -> bool {
+        self.moves_a_spool() && !self.integrates_position(setting)
     }
 
     fn edges_follow(&self) -> &'static [&'static str] {
@@ -221,10 +222,10 @@ impl WithEquations for ServoValve {
     #[inline(always)]
     fn equations<R: Real>(
         &self,
-        structure: &Structure,
+        setting: &Setting,
         parameters: &mut dyn Declare<R>,
     ) -> ServoValveEquations<R> {
-        let (scale, unit) = (structure.full_scale, structure.command_unit.as_str());
+        let (scale, unit) = (setting.full_scale, setting.command_unit);
         let mut take = |declare: &dyn Fn() -> Parameter| parameters.parameter(declare);
         let actuator = self.moves_a_spool().then(|| {
             Actuator::new(
@@ -237,7 +238,7 @@ impl WithEquations for ServoValve {
                 }),
             )
         });
-        let free = self.moves_a_spool() && structure.initial == Initial::Free;
+        let free = self.moves_a_spool() && setting.initial == Initial::Free;
         let initial_spool = free.then(|| {
             let (low, high) = (-1.5 * scale, 1.5 * scale);
             take(&|| Parameter::linear(INITIAL_SPOOL, unit, low, 0.0, high))
@@ -246,7 +247,7 @@ impl WithEquations for ServoValve {
             let unit = format!("{spool}/{unit}");
             take(&|| Parameter::log(SPOOL_GAIN, &unit, 1e-3, 1.0, 1e3))
         });
-        let position_scale = self.converts_position(structure).then(|| {
+        let position_scale = self.converts_position(setting).then(|| {
             let gain = format!("mm/{unit}");
             [
                 take(&|| Parameter::log(POSITION_GAIN, &gain, 1e-3, 1.0, 1e3)),
@@ -260,7 +261,7 @@ impl WithEquations for ServoValve {
         // 1 L/min = 1e-3/60 m³/s, over 1 cm² = 1e-4 m², in mm/s.
         let direction = if self.reversed { -1.0 } else { 1.0 };
         let speed = R::constant(direction * PISTON_SPEED);
-        let piston_speed = self.integrates_position(structure).then(|| {
+        let piston_speed = self.integrates_position(setting).then(|| {
             let area =
                 parameters.parameter(&|| Parameter::log(PISTON_AREA, "cm2", 1e-2, 10.0, 1e4));
             (speed / area).named("piston_speed")
@@ -273,8 +274,8 @@ impl WithEquations for ServoValve {
             position_scale,
             piston_speed,
             full_opening: self.polarity.sign() * scale,
-            observes: Outputs::from_fn(|output| structure.observes(output)),
-            observes_blocked_ports: structure.observes_blocked_ports(),
+            observes: Outputs::from_fn(|output| setting.observes(output)),
+            observes_blocked_ports: setting.observes_blocked_ports(),
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::common;
 use crate::common::{case, cases, near_start, on_bounds, random};
-use crate::program::{BENCH, excerpt, printed, servobee_with};
+use crate::program::{BENCH, excerpt, printed, servobee_with, soak};
 use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, identify};
 use servobee::evaluate::checkpoint::results_in;
 use servobee::evaluate::gpu::InjectedFault::{Hang, Lost, OutOfMemory, ShaderRefused};
@@ -398,7 +398,8 @@ impl Evaluator for Rounded {
 
 /// Populations of as many candidates as are sampled, all over the bounds, on them and near the start.
 fn populations(problem: &Problem) -> Vec<Population> {
-    let mut all: Vec<Population> = (0..4).map(|seed| random(problem, 16, seed)).collect();
+    let seeds = if soak() { 4 } else { 2 };
+    let mut all: Vec<Population> = (0..seeds).map(|seed| random(problem, 16, seed)).collect();
     all.push(on_bounds(problem));
     all.push(near_start(problem, 16, 5));
     all

@@ -1,6 +1,6 @@
 //! Runs that are cut off: what they leave behind, and that they go on to the same bytes.
 //!
-//! `SERVOBEE_SOAK=1` kills a run a hundred times instead of ten.
+//! `SERVOBEE_SOAK=1` kills a run a hundred times instead of four.
 
 #![cfg(unix)]
 
@@ -105,9 +105,19 @@ fn assert_same(
     }
 }
 
+/// What an identification writes that is not cut off: the same for all tests.
+fn whole_identification() -> &'static (BTreeMap<String, Vec<u8>>, Duration) {
+    static WHOLE: OnceLock<(BTreeMap<String, Vec<u8>>, Duration)> = OnceLock::new();
+    WHOLE.get_or_init(|| whole(IDENTIFY))
+}
+
 /// Kills runs of `call` at random moments until that was done `kills` times, going on with each until it ends by itself.
-fn kill_at_random(call: &[&str], kills: usize, seed: u64) {
-    let (expected, took) = whole(call);
+fn kill_at_random(
+    call: &[&str],
+    (expected, took): &(BTreeMap<String, Vec<u8>>, Duration),
+    kills: usize,
+    seed: u64,
+) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut killed, mut runs, mut gone_on) = (0, 0, 0);
     while killed < kills {
@@ -133,7 +143,7 @@ fn kill_at_random(call: &[&str], kills: usize, seed: u64) {
                 break;
             }
         }
-        assert_same(&results(folder.path()), &expected, &format!("run {runs}"));
+        assert_same(&results(folder.path()), expected, &format!("run {runs}"));
         let left = names(folder.path());
         let left: Vec<&String> = left
             .iter()
@@ -148,18 +158,18 @@ fn kill_at_random(call: &[&str], kills: usize, seed: u64) {
 fn kills() -> usize {
     match soak() {
         true => 100,
-        false => 10,
+        false => 4,
     }
 }
 
 #[test]
 fn an_identification_that_is_killed_goes_on_to_the_same_bytes() {
-    kill_at_random(IDENTIFY, kills(), 1);
+    kill_at_random(IDENTIFY, whole_identification(), kills(), 1);
 }
 
 #[test]
 fn a_datasheet_fit_that_is_killed_goes_on_to_the_same_bytes() {
-    kill_at_random(DATASHEET, kills() / 2, 2);
+    kill_at_random(DATASHEET, &whole(DATASHEET), kills() / 2, 2);
 }
 
 #[test]
@@ -228,8 +238,11 @@ fn interrupted(folder: &Path, call: &[&str], name: &str, bytes: u64) -> Output {
 
 #[test]
 fn an_interrupt_ends_with_what_is_known_and_the_run_can_be_gone_on_with() {
-    for (call, name) in [(IDENTIFY, "-INT"), (IDENTIFY, "-TERM"), (DATASHEET, "-INT")] {
-        let (expected, _) = whole(call);
+    let datasheet = whole(DATASHEET);
+    for (call, name, (expected, _)) in [
+        (IDENTIFY, "-INT", whole_identification()),
+        (DATASHEET, "-TERM", &datasheet),
+    ] {
         let folder = bench();
         let ran = interrupted(folder.path(), call, name, 5000);
         let errors = String::from_utf8(ran.stderr).unwrap();
@@ -275,7 +288,7 @@ fn an_interrupt_ends_with_what_is_known_and_the_run_can_be_gone_on_with() {
         assert!(ran.status.success(), "{ran:?}");
         let printed = String::from_utf8(ran.stdout).unwrap();
         assert!(printed.contains("Going on with "), "{printed}");
-        assert_same(&results(folder.path()), &expected, name);
+        assert_same(&results(folder.path()), expected, name);
         assert_eq!(names(folder.path()), ["bench.csv", "out"]);
     }
 }
@@ -301,11 +314,11 @@ fn long() -> TempDir {
 #[test]
 fn a_timeout_is_one_signal_and_loses_nothing() {
     let folder = long();
-    for attempt in 0..3 {
+    for attempt in 0..if soak() { 10 } else { 2 } {
         let out = format!("out{attempt}");
         let ran = Command::new("env")
             .current_dir(folder.path())
-            .args(["--default-signal=INT,TERM,HUP", "timeout", "3"])
+            .args(["--default-signal=INT,TERM,HUP", "timeout", "1"])
             .args([env!("CARGO_BIN_EXE_servobee"), "identify", "bench.csv"])
             .args(["--evaluator", "cpu", "--out", &out])
             .output()
@@ -353,8 +366,9 @@ fn wherever_a_diagnosis_is_stopped_it_ends_at_once_and_goes_on_to_the_same_resul
     let (expected, asks, _) = stopped_at(usize::MAX, Memory::default());
     println!("{asks} asks in {:?}", begun.elapsed());
     assert!(expected.broken_off.is_none() && expected.added.len() == 1);
-    for share in 0..12 {
-        let limit = asks * share / 12;
+    let shares = if soak() { 12 } else { 6 };
+    for share in 0..shares {
+        let limit = asks * share / shares;
         let (found, _, after) = stopped_at(limit, Memory::default());
         let stage = found.broken_off.expect("it was stopped");
         assert!(!stage.is_empty());
@@ -472,7 +486,7 @@ fn two_runs_do_not_share_a_checkpoint() {
 fn a_damaged_checkpoint_counts_up_to_the_damage() {
     let folder = bench();
     let path = folder.path();
-    let (expected, _) = whole(IDENTIFY);
+    let (expected, _) = whole_identification();
     interrupted(path, IDENTIFY, "-KILL", 4000);
     let kept = read(path.join("out.checkpoint")).unwrap();
     let mut flipped = kept.clone();
@@ -481,6 +495,6 @@ fn a_damaged_checkpoint_counts_up_to_the_damage() {
         write(path.join("out.checkpoint"), damaged).unwrap();
         let ran = servobee(path, &[IDENTIFY, &["--resume", "--force"]].concat());
         assert!(ran.status.success(), "{ran:?}");
-        assert_same(&results(path), &expected, "damaged");
+        assert_same(&results(path), expected, "damaged");
     }
 }

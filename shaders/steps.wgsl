@@ -4,8 +4,8 @@
 fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, first: i32) -> State {
     let sample = samples[record.first + k];
     let next = samples[record.first + k + 1u];
-    let substeps = f32(sample.substeps);
     let seconds = (next.input.time - sample.input.time) + (next.time_rest - sample.time_rest);
+    let whole = sample.step * f32(sample.substeps);
     var state = before;
     var input = now;
     var begin = 0.0;
@@ -15,22 +15,28 @@ fn interval(plant: Plant, record: Series, before: State, now: Input, k: u32, fir
     }
     for (var piece = 0u; piece < sample.pieces; piece++) {
         let row = first + i32(piece);
-        var end = sample.step;
+        var end = whole;
         if (piece + 1u < sample.pieces) {
-            end = sample.step - max(-arrival(plant, record, row + 1, k + 1u), 0.0) * (1.0 / substeps);
+            end = whole - max(-arrival(plant, record, row + 1, k + 1u), 0.0);
         }
-        let step = end - begin;
-        let reached = sample.step - begin > 0.0;
+        let reached = whole - begin > 0.0;
         if (!INTERPOLATED && piece > 0u) {
             late = select(late, command_of(record, row), arrival(plant, record, row, k + 1u) <= 0.0);
             input.command = command(plant, state, late);
             state = remember(plant, state, late);
         }
         for (var j = 0u; j < sample.substeps; j++) {
+            // What this step has of the piece.
+            let left = sample.step * f32(sample.substeps - j);
+            let since = max((begin - whole) + left, 0.0);
+            let step = min((end - whole) + left, sample.step) - since;
+            if (!(step > 0.0)) {
+                continue;
+            }
             var inputs = array<Input, 3>(input, input, input);
             if (INTERPOLATED) {
                 for (var half = 0u; half < 3u; half++) {
-                    let after = begin * substeps + (f32(j) + 0.5 * f32(half)) * step;
+                    let after = sample.step * f32(j) + (since + 0.5 * f32(half) * step);
                     var one = between(sample.input, next.input, after * (1.0 / seconds));
                     late = select(late, command_after(plant, record, row, k, after), reached);
                     one.command = command(plant, state, late);

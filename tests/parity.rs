@@ -559,7 +559,7 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
             "(after - arrival(plant, record, row, now)) / lasts",
             "after / lasts",
         ),
-        (between, "begin * substeps + ", ""),
+        (between, "(since + 0.5", "(0.5"),
         (
             between,
             "lasts = (next.input.time",

@@ -167,9 +167,8 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
     [sample, next]: [&Sample; 2],
     delayed: TransportDelay<R>,
 ) {
-    let substeps = R::constant(f64::from(sample.substeps));
-    let whole = R::constant(sample.step);
     let seconds = next.input.time - sample.input.time;
+    let whole = R::constant(sample.step * f64::from(sample.substeps));
     let mut begin = R::constant(0.0);
     let mut command = match structure.hold {
         Hold::Held => delayed.held(),
@@ -178,22 +177,26 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
     for piece in 0..sample.pieces as usize {
         let end = match piece + 1 == sample.pieces as usize {
             true => whole,
-            false => delayed.end(piece, sample.substeps, whole),
+            false => delayed.end(piece, 1, whole),
         };
-        let step = end - begin;
         if structure.hold == Hold::Held && piece > 0 {
             command = delayed.held_in(piece, command);
             input.command = plant.command(state, command);
         }
         for j in 0..sample.substeps {
+            let [from, to] = in_step(sample, j, begin - whole, end - whole);
+            let step = to - from;
+            if step.is_zero() {
+                continue;
+            }
             let straight;
             let inputs = match structure.hold {
                 Hold::Held => [&input; 3],
                 Hold::Interpolated => {
                     let mut along = [input; 3];
                     for (half, input) in along.iter_mut().enumerate() {
-                        let steps = R::constant(f64::from(j) + 0.5 * half as f64);
-                        let after = begin * substeps + steps * step;
+                        let begun = R::constant(sample.step * f64::from(j));
+                        let after = begun + (from + R::constant(0.5 * half as f64) * step);
                         let share = after * R::constant(1.0 / seconds);
                         *input = Input::between(&sample.input, &next.input, share);
                         let arrived = delayed.interpolated(piece, after);
@@ -208,6 +211,23 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
         }
         begin = end;
     }
+}
+
+/// What step number `j` from a row to the next has of a piece that lies between two times, s after the next row: where it begins
+/// and ends, s after the step does; alike where the step has nothing of it. What begins or ends just with a step knows in one of
+/// two steps how that depends on the delay.
+#[inline(always)]
+fn in_step<R: Real>(sample: &Sample, j: u32, begin: R, end: R) -> [R; 2] {
+    // From the next row on, so that the last step of a piece that ends there has no other length by rounding.
+    let left = R::constant(sample.step * f64::from(sample.substeps - j));
+    let step = R::constant(sample.step);
+    let from = (begin + left).max(R::constant(0.0));
+    let end = end + left;
+    let to = match j + 1 == sample.substeps {
+        true => step.min(end),
+        false => end.min(step),
+    };
+    [from, from.max(to)]
 }
 
 /// The outputs at every row of `record`, in `f64`. `values` are those of all parameters. What has diverged is not finite.

@@ -182,4 +182,8 @@ impl<S: Simd> Valued for Dual<S> {
     fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
         Self::constant(f(self.value))
     }
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self.value == 0.0 && self.gradient().iter().all(|slope| *slope == 0.0)
+    }
 }

@@ -122,6 +122,12 @@ pub trait Real:
 pub trait Valued: Real {
     /// What `f` makes of the value, or of every lane's value, without sensitivities.
     fn look_up(self, f: impl FnMut(f64) -> f64) -> Self;
+
+    /// Whether a number that is not below zero is zero, in every lane and with all its sensitivities.
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        !self.any_positive()
+    }
 }
 
 macro_rules! primitive {

@@ -16,7 +16,7 @@ fn diagnosis(criterion: &mut Criterion) {
     let plan = Plan::default();
     for effect in ["hysteresis", "delay"] {
         let case = plan.case(&format!("single/{effect}/6x/1")).expect("a case");
-        let mut setup = case.setup(plan.seed).expect("a rig");
+        let mut setup = case.setup(plan.seed).expect("a setup");
         setup.seconds = 2.0;
         let mut cpu = CpuEvaluator::new(Precision::F32);
         let mut diagnose = || case.diagnose(&setup, &mut cpu).expect("a diagnosis").0;

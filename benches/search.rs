@@ -12,9 +12,9 @@ use servobee::evaluate::{
     Cost, CpuEvaluator, Evaluator, Precision, Problem, parameters_for, structure_for, workload,
 };
 use servobee::model::Parameter;
-use servobee::rig::Setup;
 use servobee::search::datasheet::{Case, FULL_SCALE};
 use servobee::search::{Bees, Fit, Plan, Search, Settings, Start, fit, fit_all};
+use servobee::simulator::Setup;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 

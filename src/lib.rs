@@ -26,14 +26,14 @@
 //! - [`session`]: the way through all of them, from records or the curves of a datasheet to a page, in one call.
 //! - [`export`]: a fitted model for other tools: an FMU, Modelica, a Simscape script, C.
 //!
-//! Each of them knows only those above it. Beside them stand `rig`, which makes records with planted effects from equations
+//! Each of them knows only those above it. Beside them stand `simulator`, which makes records with planted effects from equations
 //! of its own, and `scorecard`, which counts on such records how often the diagnosis is right.
 //!
 //! # To add something
 //!
 //! | to add | touch |
 //! |---|---|
-//! | an effect | its file in `src/model/effects` and its line in `catalogue!` there; tests ask for its twin in `src/rig` |
+//! | an effect | its file in `src/model/effects` and its line in `catalogue!` there; tests ask for its twin in `src/simulator` |
 //! | a base model | its file in `src/model/base` and its line in `base_models!` there; or, from outside, [`model::base::register_base`] |
 //! | an observed channel | its line in `channels!` of `src/record/channel.rs` and in `outputs!` of `src/model/output.rs`; the base model that computes it; the words by which its columns are known, in `src/record/inspect/names.rs` |
 //! | an input | its line in `inputs!` of `src/model/input.rs` |
@@ -188,11 +188,11 @@ pub mod model;
 pub mod record;
 pub mod report;
 #[doc(hidden)]
-pub mod rig;
-#[doc(hidden)]
 pub mod scorecard;
 pub mod search;
 pub mod session;
+#[doc(hidden)]
+pub mod simulator;
 
 pub use error::{Error, Result};
 pub use session::Session;

@@ -5,7 +5,7 @@
 use crate::html::assert_well_formed;
 use crate::program::{json, names, printed, servobee, soak};
 use serde_json::Value;
-use servobee::rig::{Setup, Valve};
+use servobee::simulator::{Setup, Valve};
 use std::fs::{create_dir, read_to_string, remove_file, write};
 use std::path::Path;
 use std::process::Output;

@@ -3,7 +3,7 @@
 use crate::browser::Browser;
 use crate::html::assert_well_formed;
 use crate::program::{BENCH, printed, refused, servobee};
-use servobee::rig::Setup;
+use servobee::simulator::Setup;
 use std::fs::{create_dir, read_to_string, write};
 use std::path::Path;
 use tempfile::TempDir;

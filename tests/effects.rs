@@ -1,5 +1,5 @@
 //! The effects of the catalogue: absent at their neutral values, seen at their trials, exact in time and in their
-//! sensitivities, and the same as those of the test rig, which shares no equation with them.
+//! sensitivities, and the same as those of the simulator, which shares no equation with them.
 
 use crate::common::effects::{
     HOLDS, absent, all_on, area_of, bench, everywhere, piston, plant, planted, scale,
@@ -12,7 +12,7 @@ use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem,
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::valve::Meter;
 use servobee::model::{Complete, Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
-use servobee::rig::{self, Command, FULL_SCALE, Noise, Setup, Simulation};
+use servobee::simulator::{self, Command, FULL_SCALE, Noise, Setup, Simulation};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
@@ -369,7 +369,7 @@ fn set_meter(structure: &mut Structure, meter: Meter) {
     base.unwrap().valve.as_mut().unwrap().meter = meter;
 }
 
-/// A bench of the rig, the model of the same valve, and the values of its parameters.
+/// A bench of the simulator, the model of the same valve, and the values of its parameters.
 fn model_of(
     setup: &Setup,
     effects: &[(&str, &[(&str, f64)])],
@@ -379,8 +379,8 @@ fn model_of(
     set_meter(
         &mut structure,
         match setup.meter {
-            rig::Meter::Load => Meter::Load,
-            rig::Meter::Supply => Meter::Supply,
+            simulator::Meter::Load => Meter::Load,
+            simulator::Meter::Supply => Meter::Supply,
         },
     );
     for (effect, _) in effects {
@@ -410,7 +410,7 @@ fn model_of(
     (structure, values, series)
 }
 
-/// The largest and the root mean square difference of the model from the rig, of full scale.
+/// The largest and the root mean square difference of the model from the simulator, of full scale.
 fn off_the_rig(setup: &Setup, effects: &[(&str, &[(&str, f64)])]) -> (f64, f64) {
     let (structure, values, series) = model_of(setup, effects);
     let model = outputs(&structure, &values, &series);
@@ -441,11 +441,11 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
     let spool = |saturation| {
         let setup = Setup {
             planted: vec!["slew_limit~windup=134".parse().unwrap()],
-            valve: rig::Valve {
+            valve: simulator::Valve {
                 gain: 145.5,
                 time_constant: 0.0042,
                 saturation,
-                ..rig::Valve::default()
+                ..simulator::Valve::default()
             },
             command: Command::Samples(command.clone()),
             seconds: 1.5,
@@ -460,7 +460,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
     assert_eq!(spool(most.high), none);
 }
 
-/// An effect of the rig, the same in the catalogue, and its values there.
+/// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
 const TWINS: [Twin; 49] = [
@@ -688,7 +688,7 @@ const TWINS: [Twin; 49] = [
 fn on_the_rig(effects: &[&str], command: Command) -> Setup {
     let planted: Vec<_> = effects.iter().map(|text| text.parse().unwrap()).collect();
     Setup {
-        meter: rig::Meter::that_shows(&planted),
+        meter: simulator::Meter::that_shows(&planted),
         planted,
         noise: Noise::white(0.0),
         seconds: 3.0,

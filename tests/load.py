@@ -2,7 +2,7 @@
 
     python3 tests/load.py target/release/servobee [RECORDS]
 
-One record is made by the rig; the others are copies of it, so that making them takes seconds.
+One record is made by the simulator; the others are copies of it, so that making them takes seconds.
 """
 
 import os

@@ -8,8 +8,8 @@ use servobee::evaluate::problem::Data;
 use servobee::evaluate::{Cost, CpuEvaluator, Population, Precision, Problem, parameters_for};
 use servobee::model::Parameter;
 use servobee::model::effects::entry;
-use servobee::rig::Setup;
 use servobee::search::{Method, Plan, Search, Start, fit};
+use servobee::simulator::Setup;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 

@@ -9,8 +9,8 @@ use servobee::evaluate::{
 };
 use servobee::model::Real;
 use servobee::record::{Channel, Record, Series};
-use servobee::rig::Setup;
 use servobee::session::{Datasheet, effects_named};
+use servobee::simulator::Setup;
 use std::ops::ControlFlow;
 use std::path::Path;
 

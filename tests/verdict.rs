@@ -7,7 +7,7 @@ use servobee::scorecard::{Outcome, Plan, run};
 use std::path::Path;
 use std::sync::Mutex;
 
-/// The report on a record of the rig with `planted`, where `effects` are looked for, and what is printed.
+/// The report on a record of the simulator with `planted`, where `effects` are looked for, and what is printed.
 fn identified(folder: &Path, planted: &str, effects: &str) -> (Value, String) {
     let make = [
         "synthesize",

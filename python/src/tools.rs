@@ -11,9 +11,9 @@ use servobee::evaluate::problem::Stream;
 use servobee::export::{Format, Model};
 use servobee::record::check_mappings;
 use servobee::report::{OutputFile, effects_json};
-use servobee::rig::{Meter, Noise, Quantisation, Setup, SpoolUnit, Valve};
 use servobee::search::datasheet::Case;
 use servobee::session::{Datasheet, RunningBatch, Simulated, Task, found};
+use servobee::simulator::{Meter, Noise, Quantisation, Setup, SpoolUnit, Valve};
 use std::path::PathBuf;
 use std::str::FromStr;
 

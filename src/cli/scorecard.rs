@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Counts how often the diagnosis is right, on hundreds of records with planted effects
 ///
-/// The records are made by the rig of servobee synthesize: nothing planted (null), one effect (single), one effect in
+/// The records are made by the simulator of servobee synthesize: nothing planted (null), one effect (single), one effect in
 /// another form than the catalogue's (forms), two effects (pairs), and what is in no catalogue (outsiders). Every
 /// effect is planted so strongly that the base model's held-out error is about 1.75, 3 and 6 times the noise on its
 /// worst channel. Each record is diagnosed as servobee identify does it.

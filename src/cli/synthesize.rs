@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use servobee::Result;
 use servobee::record::Channel;
 use servobee::report::OutputFile;
-use servobee::rig::{
+use servobee::simulator::{
     Command, Kind, Meter, Noise, Oddity, Outsider, Planted, Quantisation, Setup, SpoolUnit,
     Strength, Valve,
 };
@@ -205,7 +205,7 @@ fn summary(setup: &Setup, strength: &[Strength]) -> String {
         number(time_constant),
         number(saturation),
         number(rated_flow),
-        servobee::rig::RATED_DROP
+        servobee::simulator::RATED_DROP
     )];
     lines.extend(planted.chain(odd).map(|what| format!("Planted: {what}")));
     if lines.len() == 1 {

@@ -9,10 +9,10 @@ use crate::evaluate::{CpuEvaluator, Evaluator, Precision};
 use crate::model::Output;
 use crate::model::effects::{CATALOGUE, Effect};
 use crate::record::Record;
-use crate::rig::{
+use crate::search::Plan;
+use crate::simulator::{
     Command, Form, Kind, Meter, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve,
 };
-use crate::search::Plan;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
@@ -60,10 +60,10 @@ pub struct Row {
 pub(super) const COVERED: [&str; 4] = ["gain", "time_constant", "saturation", "effect"];
 
 impl Case {
-    /// The rig for its record.
+    /// The simulator for its record.
     ///
     /// # Errors
-    /// The rig refuses it.
+    /// The simulator refuses it.
     pub fn setup(&self, seed: u64) -> Result<Setup> {
         let mut rng = random(seed, &self.id);
         let mut plain = self.conditions(&mut rng);
@@ -153,7 +153,7 @@ impl Case {
     /// Diagnoses the record of `setup`, which is this case's, and judges that.
     ///
     /// # Errors
-    /// The rig or the diagnosis fails.
+    /// The simulator or the diagnosis fails.
     pub fn diagnose(
         &self,
         setup: &Setup,

@@ -1,9 +1,9 @@
-//! How often the diagnosis is right: effects are planted in many records of the [`rig`](crate::rig), and every record
+//! How often the diagnosis is right: effects are planted in many records of the [`simulator`](crate::simulator), and every record
 //! is diagnosed without being told what is in it.
 //!
 //! ```text
 //! Plan ──> Case ──> strength ──> record ──> diagnosis ──> Outcome ──> Row ──> Ledger ──> rates
-//!          what to  until the    rig::Setup identify      planted             CSV file,
+//!          what to  until the    simulator::Setup identify      planted             CSV file,
 //!          plant    base fails              as the CLI    beside named        resumable
 //!                   by so much
 //! ```

@@ -1,7 +1,7 @@
 //! Which cases there are.
 
 use crate::record::Channel;
-use crate::rig::{Form, Kind, Meter, Oddity};
+use crate::simulator::{Form, Kind, Meter, Oddity};
 use crate::{Error, Result};
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};

@@ -7,8 +7,10 @@ use crate::evaluate::problem::Data;
 use crate::evaluate::{Problem, parameters_for, reference, structure_for};
 use crate::model::{Output, Outputs, Parameter};
 use crate::record::Channel;
-use crate::rig::{FULL_SCALE, Form, Kind, Noise, Oddity, Outsider, Planted, Setup, SpoolUnit};
 use crate::search::polish::{PolishOptions, polish};
+use crate::simulator::{
+    FULL_SCALE, Form, Kind, Noise, Oddity, Outsider, Planted, Setup, SpoolUnit,
+};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -188,7 +190,7 @@ impl Open {
     /// where it is largest, or as near to that as it gets.
     ///
     /// # Errors
-    /// The rig refuses the setup at every strength.
+    /// The simulator refuses the setup at every strength.
     pub(super) fn planted(&self, setup: &Setup, target: f64) -> Result<Setup> {
         let wanted = (target * target - 1.0).sqrt();
         let mut base = Base::new(setup);

@@ -5,7 +5,7 @@ use servobee::evaluate::Problem;
 use servobee::model::effects::{CATALOGUE, Effect, Scale, Trial};
 use servobee::model::valve::{AreaLaw, Drop, Meter, ValveForm};
 use servobee::model::{Hold, Output, Outputs, Parameter, ServoValve, Structure};
-use servobee::rig::{RATED_DROP, Valve};
+use servobee::simulator::{RATED_DROP, Valve};
 
 /// A spool and its flow at rated drop.
 pub(crate) fn bench() -> Structure {
@@ -69,7 +69,7 @@ pub(crate) const BASE: [(&str, f64); 6] = [
     ("piston_area", 20.0),
 ];
 
-/// The area, cm2, at which a linear valve with these parameters passes the rated flow of the rig's `valve`.
+/// The area, cm2, at which a linear valve with these parameters passes the rated flow of the simulator's `valve`.
 pub(crate) fn area_of(valve: &Valve, parameters: &[Parameter]) -> f64 {
     let start = |name: &str| {
         let parameter = parameters.iter().find(|p| p.name == name);

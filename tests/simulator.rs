@@ -1,4 +1,4 @@
-//! The test rig: what each planted effect does, and the command synthesize.
+//! The simulator: what each planted effect does, and the command synthesize.
 
 use crate::common::effects::area_of;
 use crate::program::{names, off, printed, refused, rms, servobee, soak};
@@ -7,7 +7,7 @@ use servobee::evaluate::simulate::outputs;
 use servobee::model::valve::ValveForm;
 use servobee::model::{Complete, Output, ServoValve, Structure};
 use servobee::record::{Channel, Record};
-use servobee::rig::{
+use servobee::simulator::{
     Command, FULL_SCALE, Form, Kind, Meter, Noise, Oddity, Outsider, Planted, Quantisation,
     RATED_DROP, Setup, Simulation, SpoolUnit, Valve,
 };
@@ -107,13 +107,13 @@ fn without_effects_it_is_the_model() {
         let mut series = Series::from_record(&setup.record().unwrap(), &structure).unwrap();
         series.set_steps(structure.fastest_rate(&parameters), 1);
         let simulated = outputs(&structure, &values, &series);
-        let rig = setup.simulate().unwrap();
+        let simulator = setup.simulate().unwrap();
         let model = Simulation {
             spool: simulated.iter().map(|row| row[Output::Spool]).collect(),
             flow: simulated.iter().map(|row| row[Output::Flow]).collect(),
-            ..rig.clone()
+            ..simulator.clone()
         };
-        let off = difference(&setup, &rig, &model);
+        let off = difference(&setup, &simulator, &model);
         println!("{valve:?}: {off:.1e} of full scale");
         assert!(off < 1e-4, "{valve:?}: {off}");
     }
@@ -153,6 +153,7 @@ fn everything_planted_is_seen_and_nothing_else_is() {
     for setup in everything() {
         let setup = Setup {
             noise: Noise::white(0.3),
+            seconds: 4.0,
             ..setup
         };
         let strength = setup.strength().unwrap();

@@ -1,4 +1,4 @@
-//! A test rig in software: records of a servo valve with planted effects, against which a diagnosis is checked.
+//! A simulator of servo valves: records of a servo valve with planted effects, against which a diagnosis is checked.
 //!
 //! ```text
 //! Command ──> electronics ──> spool ──> flow ──> sensors ──> noise, quantisation ──> Record
@@ -10,7 +10,7 @@
 //! its records is not found because the model is asked about itself.
 //!
 //! ```
-//! use servobee::rig::Setup;
+//! use servobee::simulator::Setup;
 //!
 //! let setup = Setup {
 //!     planted: vec!["delay=0.002".parse()?, "hysteresis~bouc_wen=0.2".parse()?],
@@ -82,7 +82,7 @@ impl SpoolUnit {
     }
 }
 
-/// A valve on the rig, and how it is measured.
+/// A valve on a simulated bench, and how it is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setup {
     /// The record's name.
@@ -119,7 +119,7 @@ impl Default for Setup {
     /// 8 s of the bench's command at 1 kHz, spool in V and flow measured with white noise of 0.3 % of full scale.
     fn default() -> Self {
         Self {
-            name: "rig".into(),
+            name: "simulator".into(),
             valve: Valve::default(),
             planted: Vec::new(),
             outsiders: Vec::new(),
@@ -137,7 +137,7 @@ impl Default for Setup {
     }
 }
 
-/// What a rig would measure without noise and rounding.
+/// What a bench would measure without noise and rounding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
     /// s.
@@ -386,7 +386,7 @@ impl Setup {
         vec![cut(whole + 1.0, rest), cut(whole, interval - rest)]
     }
 
-    /// The record that the rig gives: with noise and rounding.
+    /// The record that the simulator gives: with noise and rounding.
     ///
     /// # Errors
     /// As [`Setup::simulate`].

@@ -242,7 +242,7 @@ impl Kind {
         self.entry().unit
     }
 
-    /// The module of the rig that holds its equation.
+    /// The module of the simulator that holds its equation.
     pub fn place(self) -> &'static str {
         self.entry().place
     }

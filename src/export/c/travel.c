@@ -124,33 +124,40 @@ static void one_exact_step(Model *model, Stride stride, double acts, double ramp
 }
 #endif
 
-/* Makes `count` steps or exact steps of `step` seconds in all of which `first` has not been overtaken by a later command. They
-   begin `begin` seconds after `now`, `seconds` of which are on the way from one input to the other. */
-static void run(Model *model, Given first, double now, double begin, double seconds, double step, unsigned count,
+/* Moves the model from `begin` to `end`, in seconds after `now`, while `first` is not overtaken by a later command: of `count` steps
+   of `step` seconds what lies between, or by as many exact steps. `seconds` are on the way from one input to the other. */
+static void run(Model *model, Given first, double now, double begin, double end, double seconds, double step, unsigned count,
                 Input from, Input to)
 {
     unsigned j;
 #if EXACT_STEPS
     double ramp = INTERPOLATED ? (to.command - from.command) / seconds : 0.0;
     Input start = from;
-    if (model->stride.length != step)
-        model->stride = stride_of(model->plant, step);
+    double each = DELAYED ? (end - begin) / count : step;
+    if (model->stride.length != each)
+        model->stride = stride_of(model->plant, each);
     for (j = 0; j < count; j++) {
         State before = model->state;
-        one_exact_step(model, model->stride, from.command + ramp * (step * j), ramp);
+        one_exact_step(model, model->stride, from.command + ramp * (each * j), ramp);
         if (FILTERED) {
-            Input end = INTERPOLATED ? between(from, to, (j + 1.0) / count) : from;
-            model->state = follow(model->plant, before, model->state, start, end, step);
-            start = end;
+            Input then = INTERPOLATED ? between(from, to, (j + 1.0) / count) : from;
+            model->state = follow(model->plant, before, model->state, start, then, each);
+            start = then;
         }
     }
-    (void)first, (void)now, (void)begin;
+    (void)first, (void)now;
 #else
     for (j = 0; j < count; j++) {
+        /* From the end on, so that the last step has no other length by rounding. */
+        double whole = step * count, left = step * (count - j);
+        double since = max((begin - whole) + left, 0.0);
+        double cut = min((end - whole) + left, step) - since;
         Input inputs[3];
         unsigned half;
+        if (!(cut > 0.0))
+            continue;
         for (half = 0; half < 3; half++) {
-            double after = begin + (j + 0.5 * half) * step;
+            double after = step * j + (since + 0.5 * half * cut);
             inputs[half] = from;
             if (INTERPOLATED) {
                 double arrived;
@@ -159,7 +166,7 @@ static void run(Model *model, Given first, double now, double begin, double seco
                 inputs[half].command = act(model->plant, &model->state, arrived);
             }
         }
-        model->state = advance(model->plant, model->state, inputs[0], inputs[1], inputs[2], step);
+        model->state = advance(model->plant, model->state, inputs[0], inputs[1], inputs[2], cut);
     }
 #endif
 }
@@ -183,21 +190,21 @@ static int travel(Model *model, Input from, Input to, double now, double seconds
     }
 #if DELAYED
     {
-        double next = now + seconds, begin = 0.0;
+        double next = now + seconds, whole = step * count, begin = 0.0;
         size_t one;
         if (!give(model, only))
             return 0;
         /* The interval is cut where commands arrive. */
         one = last_arrived(model, now);
-        while (begin < step) {
+        while (begin < whole) {
             int last = one + 1 == model->count;
             double late = last ? 0.0 : (model->given[one + 1].time - next) + delay(model->plant);
-            double end = step - max(-late, 0.0) / count;
+            double end = whole - max(-late, 0.0);
             Input input = from;
             if (!INTERPOLATED)
                 input.command = act(model->plant, &model->state, model->given[one].value);
             if (end > begin)
-                run(model, model->given[one], now, begin * count, seconds, end - begin, count, input, to);
+                run(model, model->given[one], now, begin, end, seconds, step, count, input, to);
             begin = end;
             if (last)
                 break;
@@ -208,7 +215,7 @@ static int travel(Model *model, Input from, Input to, double now, double seconds
     {
         Input input = from;
         input.command = act(model->plant, &model->state, from.command);
-        run(model, only, now, 0.0, seconds, step, count, EXACT_STEPS || !INTERPOLATED ? input : from, to);
+        run(model, only, now, 0.0, step * count, seconds, step, count, EXACT_STEPS || !INTERPOLATED ? input : from, to);
     }
 #endif
     return 1;

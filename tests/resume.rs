@@ -120,7 +120,8 @@ fn kill_at_random(
 ) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (mut killed, mut runs, mut gone_on) = (0, 0, 0);
-    while killed < kills {
+    // Of few, all may have been killed before there was anything to keep.
+    while killed < kills || (gone_on == 0 && killed < 10 * kills) {
         let folder = bench();
         runs += 1;
         // Runs that are cut off three times at most, so that the later parts of a run are reached as well.

@@ -200,7 +200,7 @@ fn nothing_is_written_but_what_was_asked_for_and_no_network_is_needed() {
 fn many_runs_side_by_side_all_finish() {
     let count = match soak() {
         true => 64,
-        false => 4,
+        false => 3,
     };
     let folder = bench();
     let start = |number: usize| {

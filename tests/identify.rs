@@ -651,6 +651,7 @@ fn the_same_call_writes_the_same_files_on_any_number_of_threads() {
         )
     };
     let first = run("first", &[]);
+    assert_eq!(first.0, run("second", &[]).0);
     let single = run("single", &[("RAYON_NUM_THREADS", "1")]);
     assert_eq!(first.0, single.0);
     assert!(first == single, "model.toml or residual.csv differ");

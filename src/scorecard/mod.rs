@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! Plan ──> Case ──> strength ──> record ──> diagnosis ──> Outcome ──> Row ──> Ledger ──> rates
-//!          what to  until the    simulator::Setup identify      planted             CSV file,
+//!          what to  until the    Setup      identify      planted             CSV file,
 //!          plant    base fails              as the CLI    beside named        resumable
 //!                   by so much
 //! ```

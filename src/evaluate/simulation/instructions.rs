@@ -1,8 +1,12 @@
 //! Under which of the CPU's instructions numbers are computed.
+//!
+//! Inlined, so that each loop belongs to the module that asks for it: the compiler makes one unit of a module's generic code,
+//! and a unit of all loops kept it busy on one core when everything else was done.
 
 use pulp::{Arch, Scalar, WithSimd};
 
 /// Runs `task` with the CPU's vector instructions; `None` where there are none: one candidate at a time is then as fast.
+#[inline]
 pub(in crate::evaluate) fn with_vectors<T: WithSimd>(
     instructions: Arch,
     task: T,
@@ -28,6 +32,7 @@ pub(in crate::evaluate) fn with_vectors<T: WithSimd>(
 }
 
 /// Runs `task` with vectors of as many numbers as one candidate has sensitivities, or without any.
+#[inline]
 pub(in crate::evaluate) fn with_short_vectors<T: WithSimd>(task: T) -> T::Output {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = pulp::x86::V3::try_new() {

@@ -12,6 +12,7 @@ const VECTORS: usize = 2;
 ///
 /// As [`Lanes`](super::Lanes), such numbers must be used only where a token of `S` exists.
 #[derive(Debug, Clone, Copy)]
+#[cfg_attr(target_arch = "x86_64", repr(align(32)))]
 pub(crate) struct Dual<S: Simd> {
     /// The value itself.
     pub(crate) value: f64,

@@ -97,7 +97,10 @@ element!(
 ///
 /// Numbers are made without the instruction set's token at hand, so they must be used only where a token of `S`
 /// exists: inside `pulp`'s dispatch, as the CPU evaluator does.
+///
+/// They lie where a line of the cache begins: a vector that crosses into the next is read and written twice as slowly.
 #[derive(Clone, Copy)]
+#[cfg_attr(target_arch = "x86_64", repr(align(64)))]
 pub(crate) struct Lanes<E: Element, S: Simd, const K: usize>([E::Vector<S>; K]);
 
 impl<E: Element, S: Simd, const K: usize> Lanes<E, S, K> {

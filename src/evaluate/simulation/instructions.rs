@@ -69,7 +69,7 @@ mod tests {
             let (a, b) = (Dual::<S>::variable(0.7, 0), Dual::<S>::variable(-1.3, 1));
             let c = Dual::constant(0.1);
             let sum = (a * b - c) / (b + a.sqrt()) + (-b).max(a) * a.decay();
-            let all = [&[sum.value], &sum.gradient()[..2]].concat();
+            let all = [&[sum.value()], &sum.gradient()[..2]].concat();
             all.into_iter().map(f64::to_bits).collect()
         }
     }

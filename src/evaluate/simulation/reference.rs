@@ -195,7 +195,7 @@ fn finished(pass: Pass<'_>) -> bool {
 fn wild<S: Simd>(state: &[Dual<S>]) -> bool {
     state
         .iter()
-        .any(|x| x.value.is_nan() || x.value.abs() >= STATE_LIMIT)
+        .any(|x| x.value().is_nan() || x.value().abs() >= STATE_LIMIT)
 }
 
 #[allow(
@@ -242,13 +242,13 @@ impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
                     if factor > 0.0 {
                         let mut error = Dual::constant(sample.target[output]) - outputs[output];
                         if let Some((loss, sizes)) = loss
-                            && error.value != 0.0
+                            && error.value() != 0.0
                         {
                             let cost = loss(error, Dual::constant(sizes[output]));
                             error = error.if_positive(cost.sqrt(), -cost.sqrt());
                         }
                         let error = error * Dual::constant(factor);
-                        row(error.value, &error.gradient()[..count]);
+                        row(error.value(), &error.gradient()[..count]);
                     }
                 }
                 finished &= !wild(state);
@@ -290,13 +290,13 @@ impl WithSimd for PassOnTones<'_> {
             });
             let factor = tone.weight.sqrt();
             let phase = im.atan2(re);
-            if let Some(error) = tone.phase_error(phase.value) {
+            if let Some(error) = tone.phase_error(phase.value()) {
                 row(error * factor, &scaled(phase, -factor * 1f64.to_degrees()));
             }
-            if let Some(error) = tone.gain_error(re.value.hypot(im.value)) {
+            if let Some(error) = tone.gain_error(re.value().hypot(im.value())) {
                 let factor = DEGREES_PER_DECIBEL * factor;
                 let square = re * re + im * im;
-                let decibels = 10.0 / (LN_10 * square.value);
+                let decibels = 10.0 / (LN_10 * square.value());
                 row(error * factor, &scaled(square, -decibels * factor));
             }
         }

@@ -455,7 +455,7 @@ mod tests {
             let sums = lengths.each_ref().map(|lengths| {
                 let begun = (0.0, 0.0);
                 lengths.iter().fold(begun, |(sum, slope), length| {
-                    (sum + length.value, slope + length.gradient()[0])
+                    (sum + length.value(), slope + length.gradient()[0])
                 })
             });
             for ((sum, slope), expected) in sums.into_iter().zip([(late, 1.0), (0.5 - late, -1.0)])
@@ -464,7 +464,7 @@ mod tests {
                 assert_eq!(slope, expected.1, "{late}");
             }
             let all = lengths.iter().flatten();
-            let count = all.filter(|length| length.value > 1e-12).count();
+            let count = all.filter(|length| length.value() > 1e-12).count();
             assert!(count == 5 || count == 6, "{late}: {count}");
         }
     }

@@ -10,12 +10,13 @@ const VECTORS: usize = 2;
 
 /// A value with its gradient, computed with the instruction set `S`.
 ///
-/// As [`Lanes`](super::Lanes), such numbers must be used only where a token of `S` exists.
+/// As [`Lanes`](super::Lanes), such numbers must be used only where a token of `S` exists, and they lie in whole lines of the
+/// cache. The value stands in every lane of a vector of its own: it then multiplies gradients as it is, and a number that was just
+/// written is read as vectors without waiting for what was written in pieces.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(target_arch = "x86_64", repr(align(32)))]
 pub(crate) struct Dual<S: Simd> {
-    /// The value itself.
-    pub(crate) value: f64,
+    value: S::f64s,
     slopes: [S::f64s; VECTORS],
 }
 
@@ -31,6 +32,12 @@ impl<S: Simd> Dual<S> {
         variable
     }
 
+    /// The value itself.
+    #[inline(always)]
+    pub(crate) fn value(&self) -> f64 {
+        bytemuck::cast_slice(std::slice::from_ref(&self.value))[0]
+    }
+
     /// Its derivatives, one a parameter.
     #[inline(always)]
     pub(crate) fn gradient(&self) -> &[f64] {
@@ -40,9 +47,8 @@ impl<S: Simd> Dual<S> {
     /// The value `value` whose gradient is `a` times this one's gradient plus `b` times the other's.
     // A loop over numbers, here and below: only what is inlined is compiled for the instructions, and closures are not always.
     #[inline(always)]
-    fn chain(mut self, value: f64, a: f64, other: Self, b: f64) -> Self {
+    fn chain(mut self, value: S::f64s, a: S::f64s, other: Self, b: S::f64s) -> Self {
         let simd = token::<S>();
-        let (a, b) = (simd.splat_f64s(a), simd.splat_f64s(b));
         for i in 0..VECTORS {
             let own = simd.mul_f64s(a, self.slopes[i]);
             self.slopes[i] = simd.add_f64s(own, simd.mul_f64s(b, other.slopes[i]));
@@ -51,27 +57,25 @@ impl<S: Simd> Dual<S> {
         self
     }
 
-    /// The value `value` whose gradient is `a` times this one's.
+    /// This number where the mask is set, otherwise the other.
     #[inline(always)]
-    fn scaled(mut self, value: f64, a: f64) -> Self {
-        let a = token::<S>().splat_f64s(a);
+    fn selected(mut self, mask: S::m64s, other: Self) -> Self {
+        let simd = token::<S>();
+        self.value = simd.select_f64s(mask, self.value, other.value);
         for i in 0..VECTORS {
-            self.slopes[i] = token::<S>().mul_f64s(a, self.slopes[i]);
+            self.slopes[i] = simd.select_f64s(mask, self.slopes[i], other.slopes[i]);
         }
-        self.value = value;
         self
     }
 
     /// The angle of the point (`x`, `self`), in radians.
     #[inline(always)]
     pub(crate) fn atan2(self, x: Self) -> Self {
-        let square = self.value * self.value + x.value * x.value;
-        self.chain(
-            self.value.atan2(x.value),
-            x.value / square,
-            x,
-            -self.value / square,
-        )
+        let (own, other) = (self.value(), x.value());
+        let square = own * own + other * other;
+        let [angle, a, b] = [own.atan2(other), other / square, -own / square]
+            .map(|number| token::<S>().splat_f64s(number));
+        self.chain(angle, a, x, b)
     }
 }
 
@@ -79,7 +83,7 @@ impl<S: Simd> Add for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn add(mut self, other: Self) -> Self {
-        self.value += other.value;
+        self.value = token::<S>().add_f64s(self.value, other.value);
         for i in 0..VECTORS {
             self.slopes[i] = token::<S>().add_f64s(self.slopes[i], other.slopes[i]);
         }
@@ -91,7 +95,7 @@ impl<S: Simd> Sub for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
-        self.value -= other.value;
+        self.value = token::<S>().sub_f64s(self.value, other.value);
         for i in 0..VECTORS {
             self.slopes[i] = token::<S>().sub_f64s(self.slopes[i], other.slopes[i]);
         }
@@ -103,7 +107,8 @@ impl<S: Simd> Mul for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        self.chain(self.value * other.value, other.value, other, self.value)
+        let product = token::<S>().mul_f64s(self.value, other.value);
+        self.chain(product, other.value, other, self.value)
     }
 }
 
@@ -111,8 +116,11 @@ impl<S: Simd> Div for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        let quotient = self.value / other.value;
-        self.chain(quotient, 1.0 / other.value, other, -quotient / other.value)
+        let simd = token::<S>();
+        let quotient = simd.div_f64s(self.value, other.value);
+        let a = simd.div_f64s(simd.splat_f64s(1.0), other.value);
+        let b = simd.div_f64s(simd.neg_f64s(quotient), other.value);
+        self.chain(quotient, a, other, b)
     }
 }
 
@@ -120,7 +128,7 @@ impl<S: Simd> Neg for Dual<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(mut self) -> Self {
-        self.value = -self.value;
+        self.value = token::<S>().neg_f64s(self.value);
         for i in 0..VECTORS {
             self.slopes[i] = token::<S>().neg_f64s(self.slopes[i]);
         }
@@ -131,9 +139,10 @@ impl<S: Simd> Neg for Dual<S> {
 impl<S: Simd> Real for Dual<S> {
     #[inline(always)]
     fn constant(value: f64) -> Self {
+        let simd = token::<S>();
         Self {
-            value,
-            slopes: [token::<S>().splat_f64s(0.0); VECTORS],
+            value: simd.splat_f64s(value),
+            slopes: [simd.splat_f64s(0.0); VECTORS],
         }
     }
     #[inline(never)]
@@ -142,49 +151,52 @@ impl<S: Simd> Real for Dual<S> {
         token::<S>().vectorize(f)
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        let root = self.value.sqrt();
+    fn sqrt(mut self) -> Self {
+        let simd = token::<S>();
+        let zero = simd.splat_f64s(0.0);
+        let root = simd.sqrt_f64s(self.value);
         // At zero the slope is infinite; zero times that must not spoil sums that do not depend on it.
-        let slope = if root > 0.0 { 0.5 / root } else { 0.0 };
-        self.scaled(root, slope)
+        let slope = simd.div_f64s(simd.splat_f64s(0.5), root);
+        let slope = simd.select_f64s(simd.greater_than_f64s(root, zero), slope, zero);
+        for i in 0..VECTORS {
+            self.slopes[i] = simd.mul_f64s(slope, self.slopes[i]);
+        }
+        self.value = root;
+        self
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        if self.value < other.value {
-            self
-        } else {
-            other
-        }
+        let less = token::<S>().less_than_f64s(self.value, other.value);
+        self.selected(less, other)
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        if self.value > other.value {
-            self
-        } else {
-            other
-        }
+        let more = token::<S>().greater_than_f64s(self.value, other.value);
+        self.selected(more, other)
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        Self::constant(self.value.floor())
+        Self::constant(self.value().floor())
     }
     #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
-        if self.value > 0.0 { yes } else { no }
+        let simd = token::<S>();
+        let positive = simd.greater_than_f64s(self.value, simd.splat_f64s(0.0));
+        yes.selected(positive, no)
     }
     #[inline(always)]
     fn any_positive(self) -> bool {
-        self.value > 0.0
+        self.value() > 0.0
     }
 }
 
 impl<S: Simd> Valued for Dual<S> {
     #[inline(always)]
     fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
-        Self::constant(f(self.value))
+        Self::constant(f(self.value()))
     }
     #[inline(always)]
     fn is_zero(self) -> bool {
-        self.value == 0.0 && self.gradient().iter().all(|slope| *slope == 0.0)
+        self.value() == 0.0 && self.gradient().iter().all(|slope| *slope == 0.0)
     }
 }

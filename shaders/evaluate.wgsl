@@ -1,12 +1,12 @@
 // The loops that evaluate a population: one invocation integrates one candidate on one record, or on one tone.
-// Before this text stands what src/evaluate/wgsl.rs writes: the settings (constants), and what knows the fields of a
+// Before this text stands what src/evaluate/devices/wgsl.rs writes: the settings (constants), and what knows the fields of a
 // structure:
 //     struct Input, Measured, Outputs, State, Plant,
 //     prepare, initial, command, remember, delay, observe, advance, diverged: the physics, traced from src/model,
 //     first_position, add_errors, add, response, between: the channels,
 //     load_states, store_states, load_results, store_results.
 // After it stands how a state goes from row to row: exact_steps.wgsl where the spool moves in exact steps, otherwise steps.wgsl.
-// The twin of these loops on the CPU is src/evaluate/simulate.rs; both sum in the same order.
+// The twin of these loops on the CPU is src/evaluate/simulation/simulate.rs; both sum in the same order.
 
 // One row of a record.
 struct Sample {
@@ -59,7 +59,8 @@ struct Work {
 @group(0) @binding(8) var<storage, read> tones: array<Tone>;
 @group(0) @binding(9) var<storage, read> wave: array<vec2<f32>>;
 
-// Seconds from row `now` of a record to the arrival of the command of row `row`. The twin of src/evaluate/arrival.rs.
+// Seconds from row `now` of a record to the arrival of the command of row `row`. The twin is
+// src/evaluate/simulation/transport_delay.rs.
 fn arrival(plant: Plant, record: Series, row: i32, now: u32) -> f32 {
     if (row >= i32(record.count)) {
         return 3.4e38;

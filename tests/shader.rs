@@ -201,3 +201,49 @@ fn problems_of_one_identity_have_one_shader() {
     println!("{} shaders of {} problems", shaders.len(), 2 * all.len());
     assert!(shaders.len() < 2 * all.len() - 60);
 }
+
+#[test]
+fn every_file_that_a_text_names_is_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folders = [
+        "src/",
+        "shaders/",
+        "tests/",
+        "benches/",
+        "examples/",
+        "python/",
+    ];
+    let mut texts = vec![root.join("README.md")];
+    let mut left: Vec<_> = ["shaders", "src", "examples"]
+        .map(|folder| root.join(folder))
+        .into();
+    while let Some(folder) = left.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            match path.is_dir() {
+                true => left.push(path),
+                false => texts.push(path),
+            }
+        }
+    }
+    let mut named = 0;
+    for text in texts {
+        let Ok(words) = std::fs::read_to_string(&text) else {
+            continue;
+        };
+        for word in words.split(|c: char| !(c.is_ascii_alphanumeric() || "_./".contains(c))) {
+            let word = word.trim_end_matches('.');
+            let ending = word.rsplit_once('.').map(|(_, ending)| ending);
+            if folders.iter().any(|folder| word.starts_with(folder))
+                && matches!(
+                    ending,
+                    Some("rs" | "wgsl" | "py" | "sh" | "md" | "toml" | "csv")
+                )
+            {
+                named += 1;
+                assert!(root.join(word).exists(), "{} names {word}", text.display());
+            }
+        }
+    }
+    assert!(named > 20, "{named}");
+}

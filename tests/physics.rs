@@ -122,7 +122,7 @@ fn the_way_out_of_saturation_is_the_closed_form() {
         let mut error_at = |rate: f64, refine: u32| {
             record.set_steps(rate, refine);
             let mut states = Vec::new();
-            let keep = |_: usize, state: &[f64; 2], _: &_| {
+            let keep = |_: usize, state: &mut [f64; 2], _: &_| {
                 states.push([state[0], state[1]]);
                 true
             };

@@ -1,6 +1,7 @@
 //! Which effects the model lacks: add, exchange, drop, until nothing more is significant.
 
 use super::evidence::{Evidence, Model, Side};
+use super::led::led;
 use super::screen::{LEVEL, Screened, Screening};
 use super::stage::Stage;
 use super::wide::widely;
@@ -280,9 +281,15 @@ impl<'a, 'b> Selection<'a, 'b> {
         if round == 1 {
             self.deepen(model, &mut models);
         }
-        let (left, none) = self.left(model, &models);
         // What one effect leaves the next rounds look at; the first is the one that must not be wrong.
-        if left > LEFT_OPEN && (round == 1 || none) && room > 1 {
+        let wanted = |selection: &Self, models: &[(Effect, Model)]| {
+            let (left, none) = selection.left(model, models);
+            left > LEFT_OPEN && (round == 1 || none) && room > 1 && selection.stage.goes_on()
+        };
+        if wanted(self, &models) {
+            self.lead(model, &screening, &mut models, round);
+        }
+        if wanted(self, &models) {
             self.widen(model, &screening, &mut models, round)?;
         }
         if !self.stage.goes_on() {
@@ -411,6 +418,24 @@ impl<'a, 'b> Selection<'a, 'b> {
             self.evaluations += one.evaluations;
             keep_better(models, effect, one);
         }
+    }
+
+    /// Adds to the `models` with one effect more those that were led along the measurement, where they are better.
+    fn lead(
+        &mut self,
+        model: &Model,
+        screening: &Screening,
+        models: &mut Vec<(Effect, Model)>,
+        round: usize,
+    ) {
+        let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
+        self.stage
+            .begins(&format!("round {round}: led along the measurement"));
+        let (found, evaluations) = led(self.evidence, model, &effects);
+        self.evaluations += evaluations;
+        found
+            .into_iter()
+            .for_each(|(effect, one)| keep_better(models, effect, one));
     }
 
     /// Adds to the `models` with one effect more those of a wide search, where they are better.

@@ -472,9 +472,8 @@ impl Evidence {
             let (values, flats, count) = polished?;
             evaluations = count;
             let held_out = &self.hold_out;
-            let (values, _) =
-                set_by_held_out(&problem, interrupt, &values, &flats, held_out, &QUICK);
-            set_start(&mut problem, &values);
+            let set = set_by_held_out(&problem, interrupt, &values, &flats, held_out, &QUICK);
+            set_start(&mut problem, &set.values);
         }
         let fit = self.residuals(&problem, Side::Fit)?;
         let hold_out = self.residuals(&problem, Side::HoldOut)?;
@@ -560,7 +559,7 @@ pub(super) fn set_start(problem: &mut Problem, values: &[f64]) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::evaluate::scale_of;
     use crate::evaluate::workload;
@@ -724,28 +723,22 @@ mod tests {
         }
     }
 
-    #[test]
-    fn another_form_begins_where_one_ended() {
-        let bare = Structure::actuator(10.0, "V");
-        let form = |name| entry(name).unwrap().on(&bare)[0];
-        let (sharp, rounded) = (form("slew_limit~windup"), form("slew_limit~rounded"));
-        let mut evidence = evidence(&bare);
+    /// A parameter that has this value.
+    pub(in crate::diagnose) fn at(name: &str, value: f64) -> Parameter {
+        let mut parameter = Parameter::linear(name, "", value, value, value);
+        parameter.set_nominal(value);
+        parameter
+    }
+
+    /// Evidence without noise, of 2 s, of `bare` with `effect`, whose parameters are `planted`.
+    pub(in crate::diagnose) fn planted(
+        bare: &Structure,
+        effect: Effect,
+        planted: &[Parameter],
+    ) -> Evidence {
+        let mut evidence = evidence(bare);
         evidence.base = bare.parameters_at(&evidence.sizes);
-        let at = |name: &str, value: f64| {
-            let mut parameter = evidence.base[0].clone();
-            parameter.name = name.into();
-            (parameter.low, parameter.high) = (value, value);
-            parameter.set_nominal(value);
-            parameter
-        };
-        let planted = [
-            at("gain", 100.0),
-            at("time_constant", 0.005),
-            at("saturation", 6.0),
-            at("slew_limit_rounded", 150.0),
-            at("slew_rounding", 0.8),
-        ];
-        let truth = evidence.problem(&bare.with(rounded), &planted);
+        let truth = evidence.problem(&bare.with(effect), planted);
         let Data::Series(mut series) = (*workload::actuator(2000).data).clone() else {
             unreachable!()
         };
@@ -757,7 +750,23 @@ mod tests {
         }
         evidence.fit = Arc::new(Data::Series(series));
         evidence.hold_out = evidence.fit.clone();
-        let start = [&planted[..3], &[at("slew_limit_windup", 120.0)]].concat();
+        evidence
+    }
+
+    #[test]
+    fn another_form_begins_where_one_ended() {
+        let bare = Structure::actuator(10.0, "V");
+        let form = |name| entry(name).unwrap().on(&bare)[0];
+        let (sharp, rounded) = (form("slew_limit~windup"), form("slew_limit~rounded"));
+        let values = [
+            at("gain", 100.0),
+            at("time_constant", 0.005),
+            at("saturation", 6.0),
+            at("slew_limit_rounded", 150.0),
+            at("slew_rounding", 0.8),
+        ];
+        let evidence = planted(&bare, rounded, &values);
+        let start = [&values[..3], &[at("slew_limit_windup", 120.0)]].concat();
         let problem = evidence.problem(&bare.with(sharp), &start);
         let model = evidence.polished(problem).unwrap();
         let other = evidence.handed_on(&model, sharp, rounded).unwrap();

@@ -6,7 +6,7 @@ use super::simulation::{Compared, Errors, Sides, Trajectories, errors, residual}
 use super::statistics::bootstrap::mean_square;
 use super::statistics::noise::{Noise, NoiseRows, noise_floor};
 use super::statistics::residual::{Remaining, Residuals, remaining};
-use super::unexcited::{Unexcited, set_what_is_open};
+use super::unexcited::{Sharpened, Unexcited, set_what_is_open};
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Problem, Score, reference};
 use crate::model::{Complete, Output};
@@ -41,6 +41,8 @@ pub struct Fitted {
     pub remaining: BTreeMap<String, Remaining>,
     /// Parameters that the fitted rows leave open and the held-out ones had to set.
     pub unexcited: Vec<Unexcited>,
+    /// What all parameters were moved by to follow the held-out rows, if they were.
+    pub sharpened: Option<Sharpened>,
     /// Largest change of each channel when the integration steps are halved, in its unit.
     pub integration_error: BTreeMap<String, f64>,
 }
@@ -55,7 +57,8 @@ impl Fitted {
         noise: Option<&BTreeMap<String, Noise>>,
         plan: &Plan,
     ) -> Self {
-        let unexcited = set_what_is_open(&problem, plan.memory.interrupt(), &mut fit, measurements);
+        let (unexcited, sharpened) =
+            set_what_is_open(&problem, plan.memory.interrupt(), &mut fit, measurements);
         let values = problem.complete(fit.values(), |fixed| fixed);
         let simulate =
             |records: &[Series]| reference::trajectories(&problem.structure, &values, records);
@@ -69,6 +72,7 @@ impl Fitted {
             errors: Sides::default(),
             remaining: BTreeMap::new(),
             unexcited,
+            sharpened,
             integration_error: BTreeMap::new(),
             problem,
         };

@@ -10,18 +10,21 @@
 //!    base, by bees and polish, and ranked by held-out error. Effects of equal error that the record cannot tell apart are
 //!    reported as tied. Then again with the effect added; effects take another form of their cause, which begins where they
 //!    ended, and are exchanged and dropped where the others have made them worse or superfluous; pairs are tried where none
-//!    helps alone.
+//!    helps alone. Where what was refitted leaves much, effects of how the spool moves are fitted to models that are led along
+//!    the measurement and then let go, and where that leaves much, all effects are searched for in a wide space.
 //! 4. *Grades*: effects are `found` if they bring the held-out error of every channel to its noise and leave nothing structured,
 //!    and a part (`partly`) if they explain 80 % of what was above it and the model follows half of each channel's motion.
 //!    Otherwise the verdict is `unexplained`, and the report describes what is missing by a curve of one signal at one port,
 //!    under `free_form`, never under a physical name.
+//!    Parameters that the fitted rows do not determine, or less closely than the held-out rows ask for, are set by these, within
+//!    what the fitted rows allow, for every model alike.
 //! 5. *Not asked*: where no effect was looked for, or not to the end, the verdict is `not_diagnosed`.
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `hold` tries the command both
-//! ways between two rows, `evidence` is what models are judged by, `screen` and `attribution` find the effects, `verdict`
-//! decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the result.
-//! `statistics` knows none of them.
+//! ways between two rows, `evidence` is what models are judged by, `unexcited` sets what the fitted rows leave open, `screen`,
+//! `led`, `wide` and `attribution` find the effects, `verdict` decides, `free_form` describes what has no name, `signature` shows
+//! what gave it away, and `identified` is the result. `statistics` knows none of them.
 
 mod attribution;
 mod conditions;
@@ -32,6 +35,7 @@ mod hold;
 mod identified;
 mod identify;
 mod known;
+mod led;
 mod linear;
 mod located;
 mod measurements;
@@ -67,5 +71,5 @@ pub use statistics::density::spectral_density;
 pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, Source, noise_floor};
 pub use statistics::residual::{Remaining, Residuals, remaining};
 pub use statistics::rows::coloured;
-pub use unexcited::Unexcited;
+pub use unexcited::{Sharpened, Unexcited};
 pub use verdict::Verdict;

@@ -1,16 +1,21 @@
-//! What the fitted rows never excite and the held-out rows ask for.
+//! What the fitted rows do not determine, or less closely than the held-out rows ask for.
 //!
 //! A parameter along which the cost of the fitted rows is flat can take any value there, and where held-out rows depend on
-//! it their error would be arbitrary. So it takes the value of that flat range which suits the held-out rows best: for the
-//! base model and for every rival alike, and the report says so.
+//! it their error would be arbitrary. So it takes the value of that flat range which suits the held-out rows best. Where a model
+//! follows the fitted rows and its error on the held-out ones is larger, it may be wrong there, or its parameters are known
+//! less closely than these rows ask for (Chow 1960, "Tests of equality between sets of coefficients in two linear regressions"):
+//! then all parameters move within what the fitted rows allow. Both for the base model and for every rival alike, and the report
+//! says so.
 
 use super::measurements::Measurements;
 use super::simulation::Compared;
+use super::verdict::NEAR;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Interrupt, Problem, reference};
 use crate::model::{Output, Parameter};
-use crate::search::polish::{Flat, PolishOptions, within_flats};
+use crate::search::polish::{Flat, PolishOptions, polish, within_flats};
 use crate::search::{Fit, Stoppable};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::sync::Arc;
 
 /// A parameter that the held-out rows had to set.
@@ -34,8 +39,22 @@ pub struct Unexcited {
     pub time: (f64, f64),
 }
 
-/// The values of `problem`'s free parameters, of which those in `flats` suit the held-out records best, and the flats on which
-/// these records depend.
+/// Mean squared residual, in units of the noise, up to which a model follows the fitted rows.
+const FOLLOWED: f64 = NEAR * NEAR;
+/// What the cost of the fitted rows may rise by when parameters move within what these rows allow: three standard deviations.
+const SURE: f64 = 0.9973;
+/// What the held-out rows have set.
+pub(super) struct Set {
+    /// Values of the free parameters.
+    pub(super) values: Vec<f64>,
+    /// The flats on which the held-out rows depend.
+    pub(super) flats: Vec<Flat>,
+    /// Whether all parameters moved.
+    pub(super) sharpened: bool,
+}
+
+/// The values of `problem`'s free parameters, of which those in `flats` suit the held-out records best, and all others as well
+/// where only then the held-out rows are followed as the fitted ones are.
 pub(super) fn set_by_held_out(
     problem: &Problem,
     interrupt: &Interrupt,
@@ -43,27 +62,98 @@ pub(super) fn set_by_held_out(
     flats: &[Flat],
     held_out: &Arc<Data>,
     options: &PolishOptions,
-) -> (Vec<f64>, Vec<Flat>) {
+) -> Set {
+    let mut set = Set {
+        values: values.to_vec(),
+        flats: Vec::new(),
+        sharpened: false,
+    };
     let held = Problem {
         data: held_out.clone(),
         ..problem.clone()
     };
-    let values_held = held.values();
-    if flats.is_empty() || values_held == 0 {
-        return (values.to_vec(), Vec::new());
+    let count = held.values();
+    if count == 0 {
+        return set;
     }
     let mut stoppable = Stoppable {
         problem: &held,
         interrupt,
     };
-    within_flats(
-        &mut stoppable,
-        values_held,
-        &problem.free(),
-        values,
-        flats,
-        options,
-    )
+    if !flats.is_empty() {
+        let free = problem.free();
+        (set.values, set.flats) =
+            within_flats(&mut stoppable, count, &free, values, flats, options);
+    }
+    if let Some(sharper) = sharpened(problem, &held, interrupt, &set.values, options) {
+        (set.values, set.sharpened) = (sharper, true);
+    }
+    set
+}
+
+/// Values of the free parameters near `values` with which `problem` follows its rows as closely as with these, but for what
+/// chance makes of its cost, and those of `held` as well; `None` where these are followed already, or cannot be.
+fn sharpened(
+    problem: &Problem,
+    held: &Problem,
+    interrupt: &Interrupt,
+    values: &[f64],
+    options: &PolishOptions,
+) -> Option<Vec<f64>> {
+    let (rows, held_rows) = (problem.values() as f64, held.values() as f64);
+    let free = problem.free();
+    let cost = reference::cost(problem, values)?;
+    let held_cost = reference::cost(held, values)?;
+    if cost > FOLLOWED * rows || held_cost <= FOLLOWED * held_rows {
+        return None;
+    }
+    let (Data::Series(fitted), Data::Series(others)) = (&*problem.data, &*held.data) else {
+        return None;
+    };
+    let all = Problem {
+        data: Arc::new(Data::Series([&fitted[..], &others[..]].concat())),
+        ..problem.clone()
+    };
+    let mut stoppable = Stoppable {
+        problem: &all,
+        interrupt,
+    };
+    let sharper = polish(&mut stoppable, &free, values, options).ok()?.values;
+    let chance = ChiSquared::new(free.len() as f64).expect("there are free parameters");
+    let allowed = cost * (1.0 + chance.inverse_cdf(SURE) / rows);
+    let nearer = reference::cost_up_to(problem, &sharper, allowed).is_some();
+    (nearer && reference::cost(held, &sharper)? < held_cost).then_some(sharper)
+}
+
+/// All parameters, moved within what the fitted rows allow to follow the held-out ones, and that one which moved by the largest
+/// share of itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sharpened {
+    /// The parameter.
+    pub parameter: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its value before,
+    pub from: f64,
+    /// and after.
+    pub to: f64,
+}
+
+impl Sharpened {
+    /// In words, for a report.
+    pub fn describe(&self) -> String {
+        let Self {
+            parameter,
+            unit,
+            from,
+            to,
+        } = self;
+        format!(
+            "the held-out rows ask for the parameters more closely than the fitted rows determine them: all were moved within what \
+             the fitted rows allow, for the base model and every rival alike, and most of all {parameter}, from {from:.4} to \
+             {to:.4} {unit}. Fit rows that determine them as well"
+        )
+    }
 }
 
 /// Lets the held-out rows set what the fitted ones leave open, and says what that was.
@@ -72,17 +162,14 @@ pub(super) fn set_what_is_open(
     interrupt: &Interrupt,
     fit: &mut Fit,
     measurements: &Measurements,
-) -> Vec<Unexcited> {
+) -> (Vec<Unexcited>, Option<Sharpened>) {
     let Some((polished, _)) = &mut fit.polished else {
-        return Vec::new();
+        return (Vec::new(), None);
     };
-    if polished.flat.is_empty() {
-        return Vec::new();
-    }
     let records = &measurements.hold_out;
     let held_out = Arc::new(Data::Series(records.clone()));
     let options = PolishOptions::default();
-    let (values, asked) = set_by_held_out(
+    let set = set_by_held_out(
         problem,
         interrupt,
         &polished.values,
@@ -90,12 +177,29 @@ pub(super) fn set_what_is_open(
         &held_out,
         &options,
     );
-    polished.values = values;
-    for flat in &asked {
+    let before = std::mem::replace(&mut polished.values, set.values);
+    for flat in &set.flats {
         polished.at_bound[flat.parameter] = None;
     }
     let one = |flat| Unexcited::new(problem, &polished.values, flat, records);
-    asked.iter().map(one).collect()
+    let unexcited: Vec<Unexcited> = set.flats.iter().map(one).collect();
+    let share = |from: f64, to: f64| (to - from).abs() / from.abs().max(f64::MIN_POSITIVE);
+    let moved = problem.free().into_iter().zip(before).zip(&polished.values);
+    let moved = moved.filter(|((own, _), _)| !is_set(&own.name, &unexcited));
+    let most = moved.max_by(|((_, a), b), ((_, c), d)| share(*a, **b).total_cmp(&share(*c, **d)));
+    let sharpened = most.filter(|_| set.sharpened);
+    let sharpened = sharpened.map(|((own, from), &to)| Sharpened {
+        parameter: own.name,
+        unit: own.unit,
+        from,
+        to,
+    });
+    (unexcited, sharpened)
+}
+
+/// Whether the parameter called `name` is among those that were `set`.
+fn is_set(name: &str, set: &[Unexcited]) -> bool {
+    set.iter().any(|one| one.parameter == name)
 }
 
 impl Unexcited {
@@ -174,6 +278,89 @@ impl Unexcited {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::workload;
+    use crate::model::effects::entry;
+    use crate::model::{Complete, Outputs, Structure};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Steps of ± 9 V times `share` of a loop with a gain of 200/s and what `structure` has beside it, with noise of 0.3 V.
+    fn record(structure: &Structure, share: f64, seed: u64) -> Vec<Series> {
+        let Data::Series(mut records) = (*workload::actuator(1000).data).clone() else {
+            unreachable!()
+        };
+        let mut parameters = structure.parameters();
+        for (name, value) in [("gain", 200.0), ("delay", 0.008)] {
+            let own = parameters.iter_mut().filter(|own| own.name == name);
+            own.for_each(|own| own.set_nominal(value));
+        }
+        let values = Complete::nominal(&parameters);
+        records[0]
+            .samples
+            .iter_mut()
+            .for_each(|sample| sample.input.command *= share);
+        let simulated = reference::trajectories(structure, &values, &records).remove(0);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        for (sample, outputs) in records[0].samples.iter_mut().zip(simulated) {
+            sample.target = outputs;
+            let even = random.random::<f64>() - 0.5;
+            sample.target[Output::Spool] += 12f64.sqrt() * NOISE * even;
+        }
+        records
+    }
+
+    const NOISE: f64 = 0.3;
+
+    /// What small steps and then large ones make of the gain of a loop that has `structure`, if the held-out rows set it.
+    fn gain_of(structure: &Structure) -> (f64, Option<f64>) {
+        let bare = Structure::actuator(10.0, "V");
+        let mut problem = Problem::new(
+            bare.clone(),
+            bare.parameters(),
+            Data::Series(record(structure, 0.04, 1)),
+        );
+        problem.scale = Outputs::all(NOISE.powi(-2));
+        let held = Arc::new(Data::Series(record(structure, 1.0, 2)));
+        let options = PolishOptions::default();
+        let interrupt = Interrupt::default();
+        let mut stoppable = Stoppable {
+            problem: &problem,
+            interrupt: &interrupt,
+        };
+        let values = polish(&mut stoppable, &problem.free(), &problem.start(), &options)
+            .unwrap()
+            .values;
+        let set = set_by_held_out(&problem, &interrupt, &values, &[], &held, &options);
+        (values[0], set.sharpened.then_some(set.values[0]))
+    }
+
+    #[test]
+    fn held_out_rows_sharpen_what_the_fitted_ones_allow_and_no_model_that_is_wrong() {
+        let bare = Structure::actuator(10.0, "V");
+        let (fitted, sharper) = gain_of(&bare);
+        println!("{fitted} -> {sharper:?}");
+        assert!((fitted / 200.0 - 1.0).abs() > 0.05);
+        assert!((sharper.unwrap() / 200.0 - 1.0).abs() < 0.01);
+        let late = bare.with(entry("delay").unwrap().on(&bare)[0]);
+        let (fitted, sharper) = gain_of(&late);
+        println!("{fitted} -> {sharper:?}");
+        assert_eq!(sharper, None);
+    }
+
+    #[test]
+    fn what_moved_is_said() {
+        let sharpened = Sharpened {
+            parameter: "gain".into(),
+            unit: "1/s".into(),
+            from: 180.0,
+            to: 200.0,
+        };
+        let said = sharpened.describe();
+        assert!(
+            said.contains("most of all gain, from 180.0000 to 200.0000 1/s."),
+            "{said}"
+        );
+    }
 
     #[test]
     fn rows_that_depend_on_it_together_alone_are_not_counted_as_none() {

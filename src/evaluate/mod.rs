@@ -36,6 +36,7 @@ pub use problem::Problem;
 pub use problem::identity;
 pub use problem::loss::{Loss, OwnLoss, SizedLoss};
 pub use score::Score;
+pub(crate) use simulation::Lead;
 pub use simulation::reference;
 pub use simulation::simulate::STATE_LIMIT;
 #[doc(hidden)]

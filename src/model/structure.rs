@@ -290,6 +290,11 @@ impl Structure {
         list
     }
 
+    /// Numbers of the states that are shifted together where the spool is led along a measured one.
+    pub(crate) fn led(&self) -> &'static [usize] {
+        each_base!(Base, &self.base, base => base.led())
+    }
+
     /// Names of the parameters that decide when an exact step meets an edge, the most telling first.
     pub(crate) fn edges_follow(&self) -> &'static [&'static str] {
         each_base!(Base, &self.base, base => base.edges_follow())

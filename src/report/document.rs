@@ -13,7 +13,7 @@ use super::parameter::{ParameterReport, not_identifiable};
 use super::provenance::{Call, HoldReport, InputFile, Program, now};
 use crate::card::{Card, Figure, Quantity};
 use crate::diagnose::{
-    Conditions, Identified, Improvement, Located, Sides, Unexcited, Used, Verdict,
+    Conditions, Identified, Improvement, Located, Sharpened, Sides, Unexcited, Used, Verdict,
 };
 use crate::evaluate::{Chosen, Score};
 use crate::model::Structure;
@@ -138,6 +138,7 @@ impl Document {
         }
         warnings.extend(identified.measurements.beginnings.iter().cloned());
         warnings.extend(after.unexcited.iter().map(Unexcited::describe));
+        warnings.extend(after.sharpened.iter().map(Sharpened::describe));
         if identified.shows_in_held_out_rows_alone() {
             warnings.push(UNSEEN.into());
         }

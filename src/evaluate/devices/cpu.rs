@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::evaluate::order::side_by_side;
 use crate::evaluate::problem::{Data, Problem, Series, Tone, Wave};
+use crate::evaluate::simulation::Lead;
 use crate::evaluate::simulation::instructions::with_vectors;
 use crate::evaluate::simulation::reference::cost_in;
 use crate::evaluate::simulation::simulate::{STATE_LIMIT, response, squares, with_states};
@@ -153,6 +154,7 @@ impl<E: Element> Batch<'_, E> {
     fn cost_of_first(&self) -> Cost {
         let cost = cost_in::<E>(
             self.problem,
+            &Lead::default(),
             self.population.candidate(self.first),
             f64::INFINITY,
         );

@@ -2,7 +2,10 @@
 
 pub(super) mod exact_step;
 pub(super) mod instructions;
+mod lead;
 pub mod physics;
 pub mod reference;
 pub mod simulate;
 pub(super) mod transport_delay;
+
+pub(crate) use lead::Lead;

@@ -2,6 +2,7 @@
 
 use crate::evaluate::STATE_LIMIT;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
+use crate::evaluate::simulation::Lead;
 use crate::evaluate::simulation::instructions::with_short_vectors;
 use crate::evaluate::simulation::simulate::{
     CHUNK, Row, Squares, outputs, response, run, series, with_states,
@@ -43,7 +44,17 @@ pub fn cost(problem: &Problem, free: &[f64]) -> Option<f64> {
 
 /// The same, or `None` where it is above `most`: most such candidates show that after a few rows.
 pub fn cost_up_to(problem: &Problem, free: &[f64], most: f64) -> Option<f64> {
-    let cost = cost_in::<f64>(problem, free, most);
+    led_cost_up_to(problem, &Lead::default(), free, most)
+}
+
+/// The same of a simulation that is led.
+pub(crate) fn led_cost_up_to(
+    problem: &Problem,
+    lead: &Lead,
+    free: &[f64],
+    most: f64,
+) -> Option<f64> {
+    let cost = cost_in::<f64>(problem, lead, free, most);
     cost.filter(|total| total.is_finite() && *total <= most)
 }
 
@@ -51,6 +62,7 @@ pub fn cost_up_to(problem: &Problem, free: &[f64], most: f64) -> Option<f64> {
 /// rows alone cost more than `most`.
 pub(in crate::evaluate) fn cost_in<R: Valued + Into<f64>>(
     problem: &Problem,
+    lead: &Lead,
     free: &[f64],
     most: f64,
 ) -> Option<f64> {
@@ -69,15 +81,17 @@ pub(in crate::evaluate) fn cost_in<R: Valued + Into<f64>>(
             for record in records {
                 let mut squares = Squares::new(structure, record, problem.own_loss());
                 let mut above = false;
-                let mut row = |k: usize, state: &[R], outputs: &Outputs<R>| {
+                let mut row = |k: usize, state: &mut [R], outputs: &Outputs<R>| {
                     // Between two chunks nothing is added.
                     if k.is_multiple_of(CHUNK) {
                         let mut so_far = sums;
                         add(&mut so_far, squares.slice());
                         above = problem.cost_of_squares(so_far) > most;
                     }
-                    !above
-                        && squares.add(k, outputs, |slice| add(&mut sums, slice), || watch(state))
+                    let goes_on = !above
+                        && squares.add(k, outputs, |slice| add(&mut sums, slice), || watch(state));
+                    lead.pull(record, k, outputs, state);
+                    goes_on
                 };
                 let row: Row<R> = &mut row;
                 with_states!(structure, run::<R>(structure, &values, record, row));
@@ -111,10 +125,21 @@ fn add<R: Into<f64>>(sums: &mut Outputs<f64>, slice: Outputs<R>) {
 /// Hands every weighted residual, measured minus simulated, and its gradient with respect to the free parameters to
 /// `row`; the squares of the residuals add up to [`cost`]. False where the candidate diverges.
 pub fn residuals(problem: &Problem, free: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
+    led_residuals(problem, &Lead::default(), free, row)
+}
+
+/// The same of a simulation that is led.
+pub(crate) fn led_residuals(
+    problem: &Problem,
+    lead: &Lead,
+    free: &[f64],
+    row: &mut dyn FnMut(f64, &[f64]),
+) -> bool {
     let width = with_short_vectors(Width);
     let pass = |first, row: &mut dyn FnMut(f64, &[f64])| {
         finished(Pass {
             problem,
+            lead,
             free,
             first,
             row,
@@ -158,6 +183,7 @@ impl WithSimd for Width {
 /// `first` on.
 struct Pass<'a> {
     problem: &'a Problem,
+    lead: &'a Lead,
     free: &'a [f64],
     first: usize,
     row: &'a mut dyn FnMut(f64, &[f64]),
@@ -228,11 +254,12 @@ impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
         let plant = V::plant(&problem.structure, &values);
         let observed = problem.observed();
         let loss = problem.own_loss();
+        let lead = self.pass.lead;
         let count = self.pass.count::<S>();
         let row = self.pass.row;
         for record in self.records {
             let mut finished = true;
-            let hand_over = |k: usize, state: &[Dual<S>; N], outputs: &Outputs<Dual<S>>| {
+            let hand_over = |k: usize, state: &mut [Dual<S>; N], outputs: &Outputs<Dual<S>>| {
                 let sample = &record.samples[k];
                 for output in Output::ALL {
                     if !(observed[output] && record.measured[output]) {
@@ -252,6 +279,7 @@ impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
                     }
                 }
                 finished &= !wild(state);
+                lead.pull(record, k, outputs, state);
                 finished
             };
             series::<Dual<S>, N, _>(&problem.structure, record, hand_over, &plant);

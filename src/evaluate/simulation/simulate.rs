@@ -36,16 +36,16 @@ macro_rules! with_states {
 }
 pub(in crate::evaluate) use with_states;
 
-/// What is told of each row: its number, the state and the outputs; false ends the simulation. Every loop over one kind of
-/// number that takes this is the same function.
-pub type Row<'a, R> = &'a mut dyn FnMut(usize, &[R], &Outputs<R>) -> bool;
+/// What is told of each row: its number, the state, which it may change, and the outputs; false ends the simulation. Every loop
+/// over one kind of number that takes this is the same function.
+pub type Row<'a, R> = &'a mut dyn FnMut(usize, &mut [R], &Outputs<R>) -> bool;
 
 /// Integrates `series` and hands every row's number and outputs to `row`, until that returns false.
 #[inline(always)]
 pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
     series: &Series,
-    mut row: impl FnMut(usize, &[R; N], &Outputs<R>) -> bool,
+    mut row: impl FnMut(usize, &mut [R; N], &Outputs<R>) -> bool,
     plant: &D,
 ) {
     let samples = &series.samples;
@@ -74,7 +74,8 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
             Some(delayed) => delayed.interpolated(0, R::constant(0.0)),
         };
         input.command = plant.command(&mut state, arrived);
-        if !row(k, &state, &plant.observe(&state, &input)) {
+        let shown = plant.observe(&state, &input);
+        if !row(k, &mut state, &shown) {
             return;
         }
         let Some(next) = samples.get(k + 1) else {
@@ -239,7 +240,7 @@ pub fn outputs(
     record: &Series,
 ) -> Vec<Outputs<f64>> {
     let mut rows = Vec::with_capacity(record.samples.len());
-    let mut keep = |_: usize, _: &[f64], outputs: &Outputs<f64>| {
+    let mut keep = |_: usize, _: &mut [f64], outputs: &Outputs<f64>| {
         rows.push(*outputs);
         true
     };
@@ -256,7 +257,7 @@ pub(in crate::evaluate) fn run<R: Valued, const N: usize, V: View>(
     row: Row<R>,
 ) {
     let plant = V::plant(structure, values);
-    let row = |k: usize, state: &[R; N], outputs: &Outputs<R>| row(k, state, outputs);
+    let row = |k: usize, state: &mut [R; N], outputs: &Outputs<R>| row(k, state, outputs);
     series::<R, N, _>(structure, record, row, &plant);
 }
 

@@ -53,6 +53,11 @@ pub trait BaseModel: Send + Sync + 'static {
         false
     }
 
+    /// Numbers of its states that are shifted together where the spool is led along a measured one.
+    fn led(&self) -> &'static [usize] {
+        &[]
+    }
+
     /// Names of the parameters that decide when an exact step meets an edge of its equations, the most telling first:
     /// candidates that have them alike meet it together.
     fn edges_follow(&self) -> &'static [&'static str] {

@@ -8,6 +8,9 @@ use crate::model::Parameter;
 const RISE: f64 = 9.0;
 /// Points between the result and a bound at which the cost is looked at.
 const POINTS: u32 = 4;
+/// Points of a flat range at which the cost of other data is looked at: along a saturation that winds a loop up it has a valley
+/// in every tenth of its value.
+const ALONG: u32 = 32;
 /// How often the distance to where the cost begins to rise is halved.
 const HALVINGS: u32 = 12;
 
@@ -133,9 +136,9 @@ pub fn within_flats(
         let parameter = &mut narrowed[flat.parameter];
         (parameter.low, parameter.high) = (flat.low, flat.high);
         let mut along: Vec<(f64, f64)> = Vec::new();
-        for k in 0..=2 * POINTS {
+        for k in 0..=ALONG {
             let mut values = best.clone();
-            values[flat.parameter] = parameter.from_unit(f64::from(k) / f64::from(2 * POINTS));
+            values[flat.parameter] = parameter.from_unit(f64::from(k) / f64::from(ALONG));
             let cost = problem.cost(&values).unwrap_or(f64::INFINITY);
             along.push((cost, values[flat.parameter]));
         }

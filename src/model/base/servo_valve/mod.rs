@@ -211,6 +211,13 @@ impl BaseModel for ServoValve {
         self.moves_a_spool() && !self.integrates_position(setting)
     }
 
+    fn led(&self) -> &'static [usize] {
+        match self.moves_a_spool() {
+            true => &[INTEGRATOR, SPOOL],
+            false => &[],
+        }
+    }
+
     fn edges_follow(&self) -> &'static [&'static str] {
         &[SATURATION, GAIN, TIME_CONSTANT]
     }

@@ -200,10 +200,7 @@ fn towards(side: &Refitted, j: usize, value: f64, plan: &Plan) -> Result<Option<
     };
     let held: Option<f64> = plan.memory.once(key, || {
         let (free, start) = (problem.free(), problem.start());
-        let mut stoppable = Stoppable {
-            problem: &problem,
-            interrupt,
-        };
+        let mut stoppable = Stoppable::new(&problem, interrupt);
         match free.is_empty() {
             true => crate::evaluate::reference::cost(&problem, &[]),
             false => {

@@ -287,10 +287,11 @@ impl<'a, 'b> Selection<'a, 'b> {
             left > LEFT_OPEN && (round == 1 || none) && room > 1 && selection.stage.goes_on()
         };
         if wanted(self, &models) {
-            self.lead(model, &screening, &mut models, round);
-        }
-        if wanted(self, &models) {
-            self.widen(model, &screening, &mut models, round)?;
+            let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
+            self.lead(model, &effects, &mut models, round);
+            if wanted(self, &models) {
+                self.widen(model, &effects, &mut models, round)?;
+            }
         }
         if !self.stage.goes_on() {
             return Ok(None);
@@ -424,45 +425,45 @@ impl<'a, 'b> Selection<'a, 'b> {
     fn lead(
         &mut self,
         model: &Model,
-        screening: &Screening,
+        effects: &[Effect],
         models: &mut Vec<(Effect, Model)>,
         round: usize,
     ) {
-        let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
         self.stage
             .begins(&format!("round {round}: led along the measurement"));
-        let (found, evaluations) = led(self.evidence, model, &effects);
-        self.evaluations += evaluations;
-        found
-            .into_iter()
-            .for_each(|(effect, one)| keep_better(models, effect, one));
+        let found = led(self.evidence, model, effects);
+        self.take_in(models, found);
     }
 
     /// Adds to the `models` with one effect more those of a wide search, where they are better.
     fn widen(
         &mut self,
         model: &Model,
-        screening: &Screening,
+        effects: &[Effect],
         models: &mut Vec<(Effect, Model)>,
         round: usize,
     ) -> Result<()> {
-        let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
         self.stage.begins(&format!(
             "round {round}: searching for {} effects",
             effects.len()
         ));
-        let (found, evaluations) = widely(
-            self.evidence,
-            model,
-            &effects,
-            self.evaluator,
-            &mut |done| self.stage.generation(done),
-        )?;
-        self.evaluations += evaluations;
-        found
-            .into_iter()
-            .for_each(|(effect, one)| keep_better(models, effect, one));
+        let found = widely(self.evidence, model, effects, self.evaluator, &mut |done| {
+            self.stage.generation(done)
+        })?;
+        self.take_in(models, found);
         Ok(())
+    }
+
+    /// Adds to the `models` those that were found in so many evaluations, where they are better.
+    fn take_in(
+        &mut self,
+        models: &mut Vec<(Effect, Model)>,
+        (found, evaluations): (Vec<(Effect, Model)>, usize),
+    ) {
+        self.evaluations += evaluations;
+        for (effect, one) in found {
+            keep_better(models, effect, one);
+        }
     }
 
     /// [`worth`] on this selection's evidence.

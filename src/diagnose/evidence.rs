@@ -11,7 +11,7 @@ use super::unexcited::set_by_held_out;
 use super::verdict::NEAR;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
-use crate::evaluate::{Evaluator, Fingerprint, Memory, OwnLoss, reference};
+use crate::evaluate::{Evaluator, Fingerprint, Lead, Memory, OwnLoss, reference};
 use crate::model::actuator::{damping_ratio, gain_and_lag, natural_frequency};
 use crate::model::base::servo_valve::{GAIN, TIME_CONSTANT};
 use crate::model::effects::{Effect, Scale};
@@ -428,27 +428,37 @@ impl Evidence {
 
     /// What a polish of few steps makes of the problem's start, and its cost; `None` where that diverges, or the run was stopped
     /// before its end.
-    pub(super) fn polished_a_little(&self, mut problem: Problem) -> Option<(f64, Problem)> {
+    pub(super) fn polished_a_little(&self, problem: Problem) -> Option<(f64, Problem)> {
+        let (cost, problem, _) = self.polished_led(problem, &Lead::default(), &SHORT)?;
+        Some((cost, problem))
+    }
+
+    /// What a polish makes of the problem's start while it is led, its cost and the candidates evaluated; `None` where that
+    /// diverges, or the run was stopped before its end.
+    pub(super) fn polished_led(
+        &self,
+        mut problem: Problem,
+        lead: &Lead,
+        options: &PolishOptions,
+    ) -> Option<(f64, Problem, usize)> {
         let interrupt = self.memory.interrupt();
         let key = || {
             let mut fingerprint = Fingerprint::default();
-            fingerprint.text("short polish").problem(&problem).finish()
+            let text = format!("short polish {options:?} {lead:?}");
+            fingerprint.text(&text).problem(&problem).finish()
         };
-        let polished: Option<(f64, Vec<f64>)> = self.memory.once(key, || {
-            let (free, start) = (problem.free(), problem.start());
-            let mut stoppable = Stoppable {
-                problem: &problem,
-                interrupt,
-            };
-            let polished = polish(&mut stoppable, &free, &start, &SHORT).ok()?;
-            Some((polished.cost, polished.values))
+        let polished: Option<(f64, Vec<f64>, usize)> = self.memory.once(key, || {
+            let mut stoppable = Stoppable::led(&problem, interrupt, lead);
+            let polished =
+                polish(&mut stoppable, &problem.free(), &problem.start(), options).ok()?;
+            Some((polished.cost, polished.values, polished.evaluations))
         });
         if interrupt.asked() {
             return None;
         }
-        let (cost, values) = polished?;
+        let (cost, values, evaluations) = polished?;
         set_start(&mut problem, &values);
-        Some((cost, problem))
+        Some((cost, problem, evaluations))
     }
 
     /// Polishes from the problem's start; `None` where that diverges, or the run was stopped before its end.
@@ -587,7 +597,7 @@ pub(super) mod tests {
 
     /// Evidence without rows, on which the parameters of `structure` have bounds and starts that no catalogue gives, and every
     /// third is fixed.
-    fn evidence(structure: &Structure) -> Evidence {
+    pub(in crate::diagnose) fn evidence(structure: &Structure) -> Evidence {
         let time: Vec<f64> = (0..1000).map(|k| 1e-3 * f64::from(k)).collect();
         let values = |most: f64| time.iter().map(|t| most * (6.0 * t).sin()).collect();
         let channels = [
@@ -623,7 +633,7 @@ pub(super) mod tests {
         }
     }
 
-    fn model(evidence: &Evidence, structure: &Structure) -> Model {
+    pub(in crate::diagnose) fn model(evidence: &Evidence, structure: &Structure) -> Model {
         Model {
             problem: evidence.problem(structure, &evidence.base),
             fit: Vec::new(),

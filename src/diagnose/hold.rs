@@ -56,10 +56,7 @@ pub(super) fn other_way(fitted: &Fitted, plan: &Plan) -> Option<Problem> {
     };
     let values: Option<Vec<f64>> = plan.memory.once(key, || {
         let (free, start) = (problem.free(), problem.start());
-        let mut stoppable = Stoppable {
-            problem: &problem,
-            interrupt,
-        };
+        let mut stoppable = Stoppable::new(&problem, interrupt);
         let polished = polish(&mut stoppable, &free, &start, &QUICK).ok()?;
         Some(polished.values)
     });

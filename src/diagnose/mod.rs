@@ -23,7 +23,7 @@
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `hold` tries the command both
 //! ways between two rows, `evidence` is what models are judged by, `unexcited` sets what the fitted rows leave open, `screen`,
-//! `led`, `wide` and `attribution` find the effects, `verdict` decides, `free_form` describes what has no name, `signature` shows
+//! `led`, `wide`, `sought` and `attribution` find the effects, `verdict` decides, `free_form` describes what has no name, `signature` shows
 //! what gave it away, and `identified` is the result. `statistics` knows none of them.
 
 mod attribution;
@@ -45,6 +45,7 @@ mod screen;
 mod signals;
 mod signature;
 mod simulation;
+mod sought;
 mod stage;
 mod statistics;
 mod unexcited;

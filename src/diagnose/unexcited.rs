@@ -43,6 +43,7 @@ pub struct Unexcited {
 const FOLLOWED: f64 = NEAR * NEAR;
 /// What the cost of the fitted rows may rise by when parameters move within what these rows allow: three standard deviations.
 const SURE: f64 = 0.9973;
+
 /// What the held-out rows have set.
 pub(super) struct Set {
     /// Values of the free parameters.
@@ -76,10 +77,7 @@ pub(super) fn set_by_held_out(
     if count == 0 {
         return set;
     }
-    let mut stoppable = Stoppable {
-        problem: &held,
-        interrupt,
-    };
+    let mut stoppable = Stoppable::new(&held, interrupt);
     if !flats.is_empty() {
         let free = problem.free();
         (set.values, set.flats) =
@@ -102,9 +100,9 @@ fn sharpened(
 ) -> Option<Vec<f64>> {
     let (rows, held_rows) = (problem.values() as f64, held.values() as f64);
     let free = problem.free();
-    let cost = reference::cost(problem, values)?;
+    let cost = reference::cost_up_to(problem, values, FOLLOWED * rows)?;
     let held_cost = reference::cost(held, values)?;
-    if cost > FOLLOWED * rows || held_cost <= FOLLOWED * held_rows {
+    if held_cost <= FOLLOWED * held_rows {
         return None;
     }
     let (Data::Series(fitted), Data::Series(others)) = (&*problem.data, &*held.data) else {
@@ -114,10 +112,7 @@ fn sharpened(
         data: Arc::new(Data::Series([&fitted[..], &others[..]].concat())),
         ..problem.clone()
     };
-    let mut stoppable = Stoppable {
-        problem: &all,
-        interrupt,
-    };
+    let mut stoppable = Stoppable::new(&all, interrupt);
     let sharper = polish(&mut stoppable, &free, values, options).ok()?.values;
     let chance = ChiSquared::new(free.len() as f64).expect("there are free parameters");
     let allowed = cost * (1.0 + chance.inverse_cdf(SURE) / rows);
@@ -126,7 +121,7 @@ fn sharpened(
 }
 
 /// All parameters, moved within what the fitted rows allow to follow the held-out ones, and that one which moved by the largest
-/// share of itself.
+/// share of its range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sharpened {
     /// The parameter.
@@ -183,10 +178,13 @@ pub(super) fn set_what_is_open(
     }
     let one = |flat| Unexcited::new(problem, &polished.values, flat, records);
     let unexcited: Vec<Unexcited> = set.flats.iter().map(one).collect();
-    let share = |from: f64, to: f64| (to - from).abs() / from.abs().max(f64::MIN_POSITIVE);
+    let share = |own: &Parameter, from: f64, to: f64| (own.to_unit(to) - own.to_unit(from)).abs();
     let moved = problem.free().into_iter().zip(before).zip(&polished.values);
-    let moved = moved.filter(|((own, _), _)| !is_set(&own.name, &unexcited));
-    let most = moved.max_by(|((_, a), b), ((_, c), d)| share(*a, **b).total_cmp(&share(*c, **d)));
+    let said = |own: &Parameter| unexcited.iter().any(|one| one.parameter == own.name);
+    let moved = moved.filter(|((own, _), _)| !said(own));
+    let most = moved.max_by(|((own, a), b), ((other, c), d)| {
+        share(own, *a, **b).total_cmp(&share(other, *c, **d))
+    });
     let sharpened = most.filter(|_| set.sharpened);
     let sharpened = sharpened.map(|((own, from), &to)| Sharpened {
         parameter: own.name,
@@ -195,11 +193,6 @@ pub(super) fn set_what_is_open(
         to,
     });
     (unexcited, sharpened)
-}
-
-/// Whether the parameter called `name` is among those that were `set`.
-fn is_set(name: &str, set: &[Unexcited]) -> bool {
-    set.iter().any(|one| one.parameter == name)
 }
 
 impl Unexcited {
@@ -284,6 +277,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
+    const NOISE: f64 = 0.3;
+
     /// Steps of ± 9 V times `share` of a loop with a gain of 200/s and what `structure` has beside it, with noise of 0.3 V.
     fn record(structure: &Structure, share: f64, seed: u64) -> Vec<Series> {
         let Data::Series(mut records) = (*workload::actuator(1000).data).clone() else {
@@ -309,8 +304,6 @@ mod tests {
         records
     }
 
-    const NOISE: f64 = 0.3;
-
     /// What small steps and then large ones make of the gain of a loop that has `structure`, if the held-out rows set it.
     fn gain_of(structure: &Structure) -> (f64, Option<f64>) {
         let bare = Structure::actuator(10.0, "V");
@@ -323,10 +316,7 @@ mod tests {
         let held = Arc::new(Data::Series(record(structure, 1.0, 2)));
         let options = PolishOptions::default();
         let interrupt = Interrupt::default();
-        let mut stoppable = Stoppable {
-            problem: &problem,
-            interrupt: &interrupt,
-        };
+        let mut stoppable = Stoppable::new(&problem, &interrupt);
         let values = polish(&mut stoppable, &problem.free(), &problem.start(), &options)
             .unwrap()
             .values;

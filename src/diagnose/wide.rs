@@ -3,6 +3,7 @@
 //! What a fit has come to rest in may be a valley that imitates what is missing: from there no effect promises anything.
 
 use super::evidence::{Evidence, Model, Side, found};
+use super::sought::{first_starts, least_costly, polished};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
@@ -35,9 +36,8 @@ pub(super) fn widely(
     progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<(Vec<(Effect, Model)>, usize)> {
     let begun = |effect: &Effect| {
-        let starts = evidence.search_starts(model, effect);
-        let alike = starts.iter().filter(|one| one.trial == starts[0].trial);
-        alike.map(|one| (*effect, one.clone())).collect::<Vec<_>>()
+        let starts = first_starts(evidence, model, effect).into_iter();
+        starts.map(|one| (*effect, one)).collect::<Vec<_>>()
     };
     let begun = effects.iter().flat_map(begun);
     let around = match model.loss(Side::Fit) > LOST {
@@ -56,8 +56,8 @@ pub(super) fn widely(
     let begin = |space| RunningSearch::begin(space, &method, Start::Uniform, evidence.seed);
     let mut searches = spaces.iter().map(begin).collect::<Result<Vec<_>>>()?;
     race(&mut searches, evaluator, progress)?;
-    let (found, mut evaluations) = found(searches);
-    let mut led: Vec<(f64, Effect, Problem)> = problems
+    let (found, evaluations) = found(searches);
+    let led: Vec<(f64, Effect, Problem)> = problems
         .into_par_iter()
         .zip(found)
         .filter_map(|((effect, mut problem), found)| {
@@ -68,21 +68,9 @@ pub(super) fn widely(
             Some((cost, effect, problem))
         })
         .collect();
-    led.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut effects = Vec::new();
-    led.retain(|(_, effect, _)| {
-        let first = !effects.contains(effect);
-        effects.push(*effect);
-        first
-    });
-    led.truncate(FOLLOWED);
-    let models: Vec<(Effect, Model)> = led
-        .into_par_iter()
-        .filter_map(|(_, effect, problem)| Some((effect, evidence.polished(problem)?)))
-        .filter(|(_, one)| one.loss(Side::Fit) < model.loss(Side::Fit))
-        .collect();
-    evaluations += models.iter().map(|(_, one)| one.evaluations).sum::<usize>();
-    Ok((models, evaluations))
+    let followed = least_costly(led, FOLLOWED, 1);
+    let (models, more) = polished(evidence, model, followed);
+    Ok((models, evaluations + more))
 }
 
 /// Runs `searches` as [`run_in_lockstep`] does, but those that lag behind only for their first generations.

@@ -6,7 +6,8 @@ use super::polish::{
 };
 use super::{Method, RunningSearch, Settings, Start, run_in_lockstep};
 use crate::evaluate::problem::{Data, Problem};
-use crate::evaluate::{Cost, Evaluator, Fingerprint, Interrupt, Memory, reference};
+use crate::evaluate::reference::{led_cost_up_to, led_residuals};
+use crate::evaluate::{Cost, Evaluator, Fingerprint, Interrupt, Lead, Memory, reference};
 use crate::model::{Output, Outputs, Parameter};
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -29,26 +30,41 @@ impl LeastSquares for Problem {
 
 /// A problem that diverges everywhere once the run was asked to stop, so that whatever minimises it comes to its end.
 pub(crate) struct Stoppable<'a> {
-    pub(crate) problem: &'a Problem,
-    pub(crate) interrupt: &'a Interrupt,
+    problem: &'a Problem,
+    interrupt: &'a Interrupt,
+    lead: Lead,
+}
+
+impl<'a> Stoppable<'a> {
+    /// A problem whose simulations run free.
+    pub(crate) fn new(problem: &'a Problem, interrupt: &'a Interrupt) -> Self {
+        Self::led(problem, interrupt, &Lead::default())
+    }
+
+    /// A problem whose simulations are led.
+    pub(crate) fn led(problem: &'a Problem, interrupt: &'a Interrupt, lead: &Lead) -> Self {
+        let lead = lead.clone();
+        Self {
+            problem,
+            interrupt,
+            lead,
+        }
+    }
 }
 
 impl LeastSquares for Stoppable<'_> {
     fn rows(&mut self, candidate: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
-        !self.interrupt.asked() && reference::residuals(self.problem, candidate, row)
+        !self.interrupt.asked() && led_residuals(self.problem, &self.lead, candidate, row)
     }
 
     fn cost(&mut self, candidate: &[f64]) -> Option<f64> {
-        match self.interrupt.asked() {
-            true => None,
-            false => reference::cost(self.problem, candidate),
-        }
+        self.cost_up_to(candidate, f64::INFINITY)
     }
 
     fn cost_up_to(&mut self, candidate: &[f64], most: f64) -> Option<f64> {
         match self.interrupt.asked() {
             true => None,
-            false => reference::cost_up_to(self.problem, candidate, most),
+            false => led_cost_up_to(self.problem, &self.lead, candidate, most),
         }
     }
 }
@@ -237,7 +253,7 @@ pub(crate) fn polish_on_data(
     values: &[f64],
     options: &PolishOptions,
 ) -> Result<Polished> {
-    let mut stoppable = Stoppable { problem, interrupt };
+    let mut stoppable = Stoppable::new(problem, interrupt);
     match &*problem.data {
         Data::Series(_) => {
             let neutral = problem.start();
@@ -284,7 +300,7 @@ fn polished(
         ..Default::default()
     };
     let mut uncertainty = Uncertainty::new(free, &polished, &options);
-    let mut stoppable = Stoppable { problem, interrupt };
+    let mut stoppable = Stoppable::new(problem, interrupt);
     profile_doubtful(&mut stoppable, free, &polished, &mut uncertainty);
     for flat in &polished.flat {
         uncertainty.intervals[flat.parameter] = flat.interval(&free[flat.parameter]);

@@ -214,10 +214,7 @@ impl<'a> Hops<'a> {
     /// Polishes from each of `starts`, and keeps the deepest of their valleys and this one.
     fn polish_all(&mut self, valley: &mut Valley, starts: Vec<Vec<f64>>) {
         let polished = |start: Vec<f64>| {
-            let mut stoppable = Stoppable {
-                problem: self.problem,
-                interrupt: self.interrupt,
-            };
+            let mut stoppable = Stoppable::new(self.problem, self.interrupt);
             polish(&mut stoppable, self.free, &start, &ROUGH).ok()
         };
         let found: Vec<_> = starts.into_par_iter().filter_map(polished).collect();

@@ -19,7 +19,7 @@
 //! - [`search`]: searches as ask and tell, of which the Bees Algorithm is one, and a Levenberg-Marquardt polish with exact
 //!   sensitivities that says how well the data determine each parameter, and which it cannot tell apart.
 //! - [`diagnose`]: the noise floor, whether the residual is more than noise, which effects explain it, and what error they
-//!   leave on data that was never fitted. Its statistics know nothing of the procedure that uses them.
+//!   leave on data that was held out. Its statistics know nothing of the procedure that uses them.
 //! - [`card`]: the figures of a datasheet, as they follow from a fitted model and as the measured curves show them.
 //! - [`compare`]: two diagnoses, of before and after a repair: one structure fitted to both, and what changed.
 //! - [`report`]: what a run tells and leaves behind.

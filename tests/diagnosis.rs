@@ -256,7 +256,7 @@ fn what_the_fitted_rows_do_not_determine_decides_nothing() {
                 found.verdict
             );
             for one in &found.after.unexcited {
-                println!("    {}", one.describe());
+                println!("    {one:?}");
             }
             match planted {
                 [] => assert_eq!(found.verdict, Verdict::None),

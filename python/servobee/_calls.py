@@ -20,7 +20,7 @@ def identify(
     progress=None,
     **options,
 ):
-    """Fits a model to records, finds out which effects it lacks, and scores it on data that was never fitted.
+    """Fits a model to records, finds out which effects it lacks, and scores it on data that was held out.
 
     `records` and `hold_out` are paths, DataFrames of pandas or polars, dictionaries of arrays, or lists of these. Columns
     name channel and unit, ``time [s]``, ``command [V]``, ``spool [V]``; `maps` says what others are:

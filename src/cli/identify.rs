@@ -10,7 +10,7 @@ use servobee::Result;
 use servobee::record::Channel;
 use std::path::PathBuf;
 
-/// Fit a model to measurements, find out which effects it lacks, and score it on data that was never fitted
+/// Fit a model to measurements, find out which effects it lacks, and score it on data that was held out
 ///
 /// The base model follows from the channels that the records have. Without --hold-out the last 30 % of each record are
 /// held out.

@@ -4,11 +4,11 @@
 //! it go ways of its own. Led, it follows the measurement with any parameters, and what each step is off by leads to the right
 //! ones from nearly anywhere.
 
-use super::evidence::{Evidence, Model};
+use super::evidence::{Evidence, Model, Side};
 use super::sought::{first_starts, least_costly, polished};
 use crate::evaluate::{Lead, Problem};
 use crate::model::effects::{Effect, Port};
-use crate::model::{Output, Outputs};
+use crate::model::{Complete, Output};
 use crate::search::polish::PolishOptions;
 use rayon::prelude::*;
 
@@ -86,77 +86,129 @@ fn starts(evidence: &Evidence, model: &Model, effect: Effect) -> Vec<Problem> {
     problems
 }
 
-/// What draws `model` along the measurement, at no rate yet; `None` where nothing shows its spool.
+/// What draws `model` along the measurement, at no rate yet; `None` where nothing shows which way its spool is off.
 fn lead(evidence: &Evidence, model: &Model) -> Option<Lead> {
     let structure = model.structure();
-    let states = structure.led();
-    let mut per_unit = Outputs::all(0.0);
-    let shows = [Output::Spool, Output::Flow];
-    let shown = shows
-        .into_iter()
-        .find(|one| structure.observed.contains(one))?;
-    per_unit[shown] = match shown {
-        Output::Spool => 1.0,
-        _ => evidence.sizes.command / evidence.sizes.outputs[shown],
+    let values = Complete::nominal(&model.problem.parameters);
+    let first = evidence.records(Side::Fit).first()?;
+    let lead = Lead {
+        states: structure.led(),
+        reach: structure.full_scale,
+        ..Lead::default()
     };
-    (!states.is_empty()).then_some(Lead {
-        rate: 0.0,
-        per_unit,
-        states,
+    let shows = |&output: &Output| lead.slope(output, first, structure, &values) != 0.0;
+    let shown_by = structure.observed.iter().copied().find(shows)?;
+    Some(Lead {
+        shown_by: Some(shown_by),
+        ..lead
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::evidence::Side;
-    use crate::diagnose::evidence::tests::{at, evidence, model, planted};
-    use crate::model::Structure;
+    use crate::diagnose::evidence::tests::{at, model, planted};
     use crate::model::effects::entry;
+    use crate::model::valve::{Meter, ValveForm};
+    use crate::model::{Polarity, ServoValve, Structure};
 
-    #[test]
-    fn a_limit_is_found_from_a_base_model_that_imitates_it() {
-        let bare = Structure::actuator(10.0, "V");
-        let on = |name| entry(name).unwrap().on(&bare)[0];
-        let windup = on("slew_limit~windup");
-        let truth = [
-            at("gain", 200.0),
-            at("time_constant", 0.0044),
-            at("saturation", 6.0),
-            at("slew_limit_windup", 120.0),
-        ];
-        let mut evidence = planted(&bare, windup, &truth);
-        let base = evidence.problem(&bare, &[at("gain", 850.0), at("time_constant", 0.2)]);
-        let base = evidence.polished(base).unwrap();
-        evidence.look_at(&base);
-        let effects = [on("dc_gain"), on("friction"), on("slew_limit"), windup];
-        let (found, evaluations) = led(&evidence, &base, &effects);
-        let loss = |(_, model): &&(Effect, Model)| model.loss(Side::Fit).sqrt();
-        let best = found
-            .iter()
-            .min_by(|a, b| loss(a).total_cmp(&loss(b)))
-            .unwrap();
-        let imitated = base.loss(Side::Fit).sqrt();
-        println!("{imitated} -> {} in {evaluations}", loss(&best));
-        assert_eq!(best.0, windup);
-        assert!(imitated > 1.0 && loss(&best) < 1e-4);
-        let parameters = &best.1.problem.parameters;
-        for own in &truth {
-            let found = parameters.iter().find(|p| p.name == own.name).unwrap();
-            assert!(
-                (found.nominal() / own.nominal() - 1.0).abs() < 1e-3,
-                "{own:?}"
-            );
+    /// A valve of which only the flow is measured, which falls where the spool rises.
+    fn against() -> Structure {
+        Structure {
+            observed: vec![Output::Flow],
+            base: ServoValve {
+                polarity: Polarity::Negative,
+                ..ServoValve::with(ValveForm::linear())
+            }
+            .into(),
+            ..Structure::actuator(10.0, "V")
+        }
+    }
+
+    /// A valve whose spool is measured in mm, of which 25 are 1 V.
+    fn in_millimetres() -> Structure {
+        Structure {
+            base: ServoValve {
+                spool_unit: Some("mm".into()),
+                ..ServoValve::default()
+            }
+            .into(),
+            ..Structure::actuator(10.0, "V")
         }
     }
 
     #[test]
-    fn what_shows_no_spool_is_not_led() {
-        let bare = Structure {
+    fn a_limit_is_found_from_a_base_model_that_imitates_it() {
+        let truth = [
+            at("gain", 200.0),
+            at("time_constant", 0.0044),
+            at("saturation", 6.0),
+            at("slew_limit_windup", 100.0),
+            at("spool_gain", 25.0),
+        ];
+        for bare in [against(), in_millimetres()] {
+            let on = |name| entry(name).unwrap().on(&bare)[0];
+            let windup = on("slew_limit~windup");
+            let mut evidence = planted(&bare, windup, &truth);
+            let start = [
+                at("gain", 150.0),
+                at("time_constant", 0.01),
+                at("spool_gain", 25.0),
+            ];
+            let base = evidence.polished(evidence.problem(&bare, &start)).unwrap();
+            evidence.look_at(&base);
+            // As they are where the ranges of a record set them.
+            for (name, about) in [("max_area", 0.7), ("spool_gain", 35.0)] {
+                let own = evidence.base.iter_mut().filter(|own| own.name == name);
+                own.for_each(|own| (own.low, own.high) = (about / 10.0, about * 10.0));
+            }
+            let loss = |model: &Model| model.loss(Side::Fit).sqrt();
+            let free = starts(&evidence, &base, windup).into_iter();
+            let free = free.filter_map(|start| Some(loss(&evidence.polished(start)?)));
+            let free = free.fold(f64::INFINITY, f64::min);
+            let effects = ["delay", "friction", "slew_limit", "slew_limit~windup"].map(on);
+            let (found, evaluations) = led(&evidence, &base, &effects);
+            let best = found
+                .iter()
+                .min_by(|a, b| loss(&a.1).total_cmp(&loss(&b.1)));
+            let (effect, model) = best.unwrap();
+            let (imitated, found) = (loss(&base), loss(model));
+            println!("base {imitated}, free {free}, led {found} in {evaluations}");
+            assert_eq!(*effect, windup);
+            assert!(imitated > 10.0 && free > 10.0 && found < 1e-4);
+            for own in &truth {
+                let parameters = &model.problem.parameters;
+                if let Some(found) = parameters.iter().find(|p| p.name == own.name) {
+                    let share = found.nominal() / own.nominal();
+                    assert!((share - 1.0).abs() < 1e-3, "{own:?}: {share}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_show_which_way_the_spool_is_off_does_not_lead() {
+        let valve = ValveForm {
+            meter: Meter::Supply,
+            ..ValveForm::linear()
+        };
+        let without_sign = Structure {
+            observed: vec![Output::Flow],
+            base: ServoValve::with(valve).into(),
+            ..Structure::actuator(10.0, "V")
+        };
+        let integrated = Structure {
             observed: vec![Output::Position],
             ..Structure::actuator(10.0, "V")
         };
-        let evidence = evidence(&bare);
-        assert!(lead(&evidence, &model(&evidence, &bare)).is_none());
+        let shown_by = |structure: &Structure| {
+            let delay = entry("delay").unwrap().on(structure)[0];
+            let evidence = planted(structure, delay, &[at("delay", 0.01)]);
+            lead(&evidence, &model(&evidence, structure))?.shown_by
+        };
+        for structure in [without_sign, integrated] {
+            assert_eq!(shown_by(&structure), None);
+        }
+        assert_eq!(shown_by(&against()), Some(Output::Flow));
     }
 }

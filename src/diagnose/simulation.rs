@@ -18,7 +18,7 @@ pub type Errors = BTreeMap<String, Score>;
 pub struct Sides<T> {
     /// Of the data that was fitted.
     pub fit: T,
-    /// Of data never fitted.
+    /// Of data that was held out.
     pub hold_out: T,
 }
 

@@ -134,23 +134,6 @@ pub struct Sharpened {
     pub to: f64,
 }
 
-impl Sharpened {
-    /// In words, for a report.
-    pub fn describe(&self) -> String {
-        let Self {
-            parameter,
-            unit,
-            from,
-            to,
-        } = self;
-        format!(
-            "the held-out rows ask for the parameters more closely than the fitted rows determine them: all were moved within what \
-             the fitted rows allow, for the base model and every rival alike, and most of all {parameter}, from {from:.4} to \
-             {to:.4} {unit}. Fit rows that determine them as well"
-        )
-    }
-}
-
 /// Lets the held-out rows set what the fitted ones leave open, and says what that was.
 pub(super) fn set_what_is_open(
     problem: &Problem,
@@ -240,32 +223,6 @@ impl Unexcited {
         }
         found
     }
-
-    /// In words, for a report.
-    pub fn describe(&self) -> String {
-        let Self {
-            parameter,
-            unit,
-            low,
-            high,
-            value,
-            rows,
-            record,
-            time,
-        } = self;
-        let (from, to) = time;
-        let asked = match rows {
-            0 => "No held-out row alone depends on it, all together do".to_string(),
-            _ => format!(
-                "{rows} held-out rows depend on it (in {record} from {from:.3} to {to:.3} s)"
-            ),
-        };
-        format!(
-            "the fitted rows do not determine {parameter}: between {low:.4} and {high:.4} {unit} it makes no difference to them. \
-             {asked}: it was set to {value:.4} {unit} by these, for the base model and every rival alike. Fit rows that excite it \
-             as well"
-        )
-    }
 }
 
 #[cfg(test)]
@@ -335,49 +292,5 @@ mod tests {
         let (fitted, sharper) = gain_of(&late);
         println!("{fitted} -> {sharper:?}");
         assert_eq!(sharper, None);
-    }
-
-    #[test]
-    fn what_moved_is_said() {
-        let sharpened = Sharpened {
-            parameter: "gain".into(),
-            unit: "1/s".into(),
-            from: 180.0,
-            to: 200.0,
-        };
-        let said = sharpened.describe();
-        assert!(
-            said.contains("most of all gain, from 180.0000 to 200.0000 1/s."),
-            "{said}"
-        );
-    }
-
-    #[test]
-    fn rows_that_depend_on_it_together_alone_are_not_counted_as_none() {
-        let mut found = Unexcited {
-            parameter: "stiction".into(),
-            unit: "V".into(),
-            low: 0.0,
-            high: 0.029,
-            value: 0.01,
-            rows: 0,
-            record: String::new(),
-            time: (0.0, 0.0),
-        };
-        let said = found.describe();
-        assert!(
-            said.contains(
-                "No held-out row alone depends on it, all together do: it was set to 0.0100 V"
-            ),
-            "{said}"
-        );
-        (found.rows, found.record, found.time) = (3, "bench".into(), (1.0, 2.0));
-        let said = found.describe();
-        assert!(
-            said.contains(
-                "3 held-out rows depend on it (in bench from 1.000 to 2.000 s): it was set"
-            ),
-            "{said}"
-        );
     }
 }

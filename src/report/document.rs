@@ -5,6 +5,7 @@ use super::findings::{
     AddedEffect, ConsideredEffect, CutShort, ErrorPair, FreeFormReport, ImprovementReport,
     NearestCause, RemainingReport,
 };
+use super::held_out;
 use super::limits::LimitReport;
 use super::no_name::asked;
 use super::noise::{NoiseSource, disagreements};
@@ -12,9 +13,7 @@ use super::number::number;
 use super::parameter::{ParameterReport, not_identifiable};
 use super::provenance::{Call, HoldReport, InputFile, Program, now};
 use crate::card::{Card, Figure, Quantity};
-use crate::diagnose::{
-    Conditions, Identified, Improvement, Located, Sharpened, Sides, Unexcited, Used, Verdict,
-};
+use crate::diagnose::{Conditions, Identified, Improvement, Located, Sides, Used, Verdict};
 use crate::evaluate::{Chosen, Score};
 use crate::model::Structure;
 use crate::model::effects::{Effect, Port};
@@ -137,8 +136,8 @@ impl Document {
             }
         }
         warnings.extend(identified.measurements.beginnings.iter().cloned());
-        warnings.extend(after.unexcited.iter().map(Unexcited::describe));
-        warnings.extend(after.sharpened.iter().map(Sharpened::describe));
+        warnings.extend(after.unexcited.iter().map(held_out::unexcited));
+        warnings.extend(after.sharpened.iter().map(held_out::sharpened));
         if identified.shows_in_held_out_rows_alone() {
             warnings.push(UNSEEN.into());
         }

@@ -10,6 +10,7 @@ mod effects;
 #[doc(hidden)]
 pub mod explain;
 mod findings;
+mod held_out;
 mod html;
 mod html_text;
 mod limits;

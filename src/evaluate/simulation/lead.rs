@@ -1,45 +1,99 @@
 //! Simulations that are led along the measurement.
 
 use crate::evaluate::problem::Series;
-use crate::model::{Outputs, Real};
+use crate::model::{
+    Complete, Dynamics, Input, MOST_STATES, Output, Outputs, Real, Structure, Valued, View, Whole,
+};
 
-/// What draws the states of a simulation towards the measurement: after each row `states` move by a share of what an output is
-/// off, alike, so that they keep their distances. What is far off in parameters then still follows, and the cost falls
-/// steadily towards the true ones, which a free simulation only shows from close by (Abarbanel, Creveling, Farsian and Kostuk,
-/// "Dynamical state and parameter estimation", 2009). At a rate of zero nothing is led.
+/// What draws the states of a simulation towards the measurement: after each row `states` move by a share of what the output that
+/// shows them is off, alike, so that they keep their distances. What is far off in parameters then still follows, and the cost
+/// falls steadily towards the true ones, which a free simulation only shows from close by (Abarbanel, Creveling, Farsian and
+/// Kostuk, "Dynamical state and parameter estimation", 2009).
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Lead {
     /// How fast they are drawn, 1/s.
     pub(crate) rate: f64,
-    /// What one unit of each output's error moves the states by, in theirs; zero where it moves nothing.
-    pub(crate) per_unit: Outputs<f64>,
+    /// The output that shows them; with none nothing is led.
+    pub(crate) shown_by: Option<Output>,
     /// The numbers of the states.
     pub(crate) states: &'static [usize],
+    /// How far to either side of zero they go, in their unit, where it is asked how much of the output that is.
+    pub(crate) reach: f64,
+}
+
+/// What draws one candidate along one record.
+pub(super) struct Pull<'a, R> {
+    lead: &'a Lead,
+    record: &'a Series,
+    /// What one unit of the output's error moves the states by, in theirs. It is the candidate's own: one whose output says much
+    /// of them would otherwise be drawn more, and be preferred for that.
+    per_unit: R,
 }
 
 impl Lead {
-    /// Draws `state` after row `k` of `record`, which shows these `outputs`.
+    /// What draws a candidate with `values` of all parameters along `record`.
     #[inline(always)]
-    pub(super) fn pull<R: Real>(
+    pub(super) fn along<'a, R: Valued>(
+        &'a self,
+        record: &'a Series,
+        structure: &Structure,
+        values: &Complete<R>,
+    ) -> Pull<'a, R> {
+        let one = R::constant(1.0);
+        let per_unit = match self.shown_by {
+            None => one,
+            Some(output) => R::outlined(
+                #[inline(always)]
+                || one / self.slope(output, record, structure, values),
+            ),
+        };
+        Pull {
+            lead: self,
+            record,
+            per_unit,
+        }
+    }
+
+    /// How much of `output` one unit of the states is, with the other states at zero and what else drives the model as at the
+    /// first row of `record`; zero where it does not show which way they are off.
+    #[inline(always)]
+    pub(crate) fn slope<R: Valued>(
         &self,
+        output: Output,
         record: &Series,
-        k: usize,
-        outputs: &Outputs<R>,
-        state: &mut [R],
-    ) {
-        if self.rate == 0.0 {
+        structure: &Structure,
+        values: &Complete<R>,
+    ) -> R {
+        let plant = Whole::plant(structure, values);
+        let input = Input::constant(&record.samples[0].input);
+        let mut sides = [R::constant(0.0); 2];
+        for (side, reach) in sides.iter_mut().zip([self.reach, -self.reach]) {
+            let mut state = [R::constant(0.0); MOST_STATES];
+            for &i in self.states {
+                state[i] = R::constant(reach);
+            }
+            *side = plant.observe(&state, &input)[output];
+        }
+        (sides[0] - sides[1]) * R::constant(0.5 / self.reach)
+    }
+}
+
+impl<R: Real> Pull<'_, R> {
+    /// Draws `state` after row `k`, which shows these `outputs`.
+    #[inline(always)]
+    pub(super) fn draw(&self, k: usize, outputs: &Outputs<R>, state: &mut [R]) {
+        let Some(output) = self.lead.shown_by else {
+            return;
+        };
+        let sample = &self.record.samples[k];
+        if !self.record.measured[output] || sample.weight == 0.0 {
             return;
         }
-        let sample = &record.samples[k];
-        let share = -(-self.rate * sample.step * f64::from(sample.substeps)).exp_m1();
-        for (output, &per_unit) in self.per_unit.iter() {
-            if per_unit == 0.0 || !record.measured[output] || sample.weight == 0.0 {
-                continue;
-            }
-            let off = R::constant(sample.target[output]) - outputs[output];
-            for &i in self.states {
-                state[i] = state[i] + R::constant(share * per_unit) * off;
-            }
+        let share = -(-self.lead.rate * sample.step * f64::from(sample.substeps)).exp_m1();
+        let off = R::constant(sample.target[output]) - outputs[output];
+        let pull = R::constant(share) * self.per_unit * off;
+        for &i in self.lead.states {
+            state[i] = state[i] + pull;
         }
     }
 }
@@ -49,15 +103,13 @@ mod tests {
     use super::*;
     use crate::evaluate::reference::{cost, led_cost_up_to, led_residuals};
     use crate::evaluate::workload;
-    use crate::model::Output;
 
     fn lead(rate: f64) -> Lead {
-        let mut per_unit = Outputs::all(0.0);
-        per_unit[Output::Spool] = 1.0;
         Lead {
             rate,
-            per_unit,
+            shown_by: Some(Output::Spool),
             states: &[0, 1],
+            reach: 10.0,
         }
     }
 

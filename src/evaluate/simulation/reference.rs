@@ -81,6 +81,7 @@ pub(in crate::evaluate) fn cost_in<R: Valued + Into<f64>>(
             for record in records {
                 let mut squares = Squares::new(structure, record, problem.own_loss());
                 let mut above = false;
+                let pull = lead.along(record, structure, &values);
                 let mut row = |k: usize, state: &mut [R], outputs: &Outputs<R>| {
                     // Between two chunks nothing is added.
                     if k.is_multiple_of(CHUNK) {
@@ -90,7 +91,7 @@ pub(in crate::evaluate) fn cost_in<R: Valued + Into<f64>>(
                     }
                     let goes_on = !above
                         && squares.add(k, outputs, |slice| add(&mut sums, slice), || watch(state));
-                    lead.pull(record, k, outputs, state);
+                    pull.draw(k, outputs, state);
                     goes_on
                 };
                 let row: Row<R> = &mut row;
@@ -259,6 +260,7 @@ impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
         let row = self.pass.row;
         for record in self.records {
             let mut finished = true;
+            let pull = lead.along(record, &problem.structure, &values);
             let hand_over = |k: usize, state: &mut [Dual<S>; N], outputs: &Outputs<Dual<S>>| {
                 let sample = &record.samples[k];
                 for output in Output::ALL {
@@ -279,7 +281,7 @@ impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
                     }
                 }
                 finished &= !wild(state);
-                lead.pull(record, k, outputs, state);
+                pull.draw(k, outputs, state);
                 finished
             };
             series::<Dual<S>, N, _>(&problem.structure, record, hand_over, &plant);

@@ -96,7 +96,7 @@ pub(super) fn over_time(
     }
     entries.push((Role::HeldOut, Key::Area, "held out"));
     let caption = html! {
-        "The " (channel) " as it was measured and as it is simulated. The shaded rows were never fitted. "
+        "The " (channel) " as it was measured and as it is simulated. The shaded rows were held out. "
         @if rows.records.iter().any(|one| one.record != rows.records[0].record) { "Records from left to right: " (records(rows)) ". " }
         "Below, the two stretches that differ most from the measurement, enlarged."
     };

@@ -1,6 +1,9 @@
 use super::*;
 use crate::evaluate::devices::cpu::{CpuEvaluator, Precision};
 use crate::evaluate::{Problem, workload};
+use std::sync::mpsc::{Sender, channel};
+use std::thread::sleep;
+use std::time::Duration;
 
 fn cpu() -> Result<Box<dyn Evaluator>> {
     Ok(Box::new(CpuEvaluator::new(Precision::F32)))
@@ -136,4 +139,31 @@ fn unlike_devices_are_told_apart_and_what_they_warn_of_is_heard() {
         ["rank 1: it is odd", "rank 2: it is odd"]
     );
     assert_eq!(unlike.refusals(), 6);
+}
+
+/// A device that takes its time to close.
+struct Slow(Sender<()>);
+
+impl Evaluator for Slow {
+    fn describe(&self) -> String {
+        "slow".into()
+    }
+
+    fn costs_of(&mut self, _jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
+        Ok(Vec::new())
+    }
+}
+
+impl Drop for Slow {
+    fn drop(&mut self) {
+        sleep(Duration::from_millis(100));
+        self.0.send(()).unwrap();
+    }
+}
+
+#[test]
+fn what_a_thread_has_opened_is_closed_when_its_rank_is() {
+    let (closed, was_closed) = channel();
+    drop(OnThread::open(|| Ok(Box::new(Slow(closed)))));
+    assert!(was_closed.try_recv().is_ok());
 }

@@ -4,12 +4,25 @@ use super::{Answer, Rank};
 use crate::evaluate::{Evaluator, Job, Population, Problem};
 use crate::{Error, Result};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 /// A device that computes on a thread of its own.
 pub struct OnThread {
     orders: Sender<Vec<(Problem, Population)>>,
     answers: Receiver<Result<Answer>>,
+    // It is dropped after `orders`, whose end ends the thread.
+    _thread: Joined,
+}
+
+/// A thread that has ended, with all that it opened, when this is dropped: a driver that is closed while the program ends
+/// crashes it.
+struct Joined(Option<JoinHandle<()>>);
+
+impl Drop for Joined {
+    fn drop(&mut self) {
+        // A panic in it was printed there.
+        let _ = self.0.take().map(JoinHandle::join);
+    }
 }
 
 impl OnThread {
@@ -17,7 +30,7 @@ impl OnThread {
     pub fn open(open: impl FnOnce() -> Result<Box<dyn Evaluator>> + Send + 'static) -> Self {
         let (orders, ordered) = channel::<Vec<(Problem, Population)>>();
         let (answer, answers) = channel();
-        thread::spawn(move || {
+        let thread = thread::spawn(move || {
             let opened = open().and_then(|mut evaluator| {
                 let first = Answer::of(evaluator.as_mut(), &[])?;
                 Ok((evaluator, first))
@@ -42,7 +55,11 @@ impl OnThread {
                 let _ = answer.send(Answer::of(evaluator.as_mut(), &jobs));
             }
         });
-        Self { orders, answers }
+        Self {
+            orders,
+            answers,
+            _thread: Joined(Some(thread)),
+        }
     }
 }
 

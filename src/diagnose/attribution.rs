@@ -288,7 +288,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         };
         if wanted(self, &models) {
             let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
-            self.lead(model, &effects, &mut models, round);
+            self.lead(model, &effects, &mut models, round)?;
             if wanted(self, &models) {
                 self.widen(model, &effects, &mut models, round)?;
             }
@@ -428,11 +428,14 @@ impl<'a, 'b> Selection<'a, 'b> {
         effects: &[Effect],
         models: &mut Vec<(Effect, Model)>,
         round: usize,
-    ) {
+    ) -> Result<()> {
         self.stage
             .begins(&format!("round {round}: led along the measurement"));
-        let found = led(self.evidence, model, effects);
+        let found = led(self.evidence, model, effects, &mut |done| {
+            self.stage.generation(done)
+        })?;
         self.take_in(models, found);
+        Ok(())
     }
 
     /// Adds to the `models` with one effect more those of a wide search, where they are better.

@@ -4,13 +4,16 @@
 //! it go ways of its own. Led, it follows the measurement with any parameters, and what each step is off by leads to the right
 //! ones from nearly anywhere.
 
-use super::evidence::{Evidence, Model, Side};
+use super::evidence::{Evidence, Model, Side, set_start};
 use super::sought::{first_starts, least_costly, polished};
-use crate::evaluate::{Lead, Problem};
+use crate::Result;
+use crate::evaluate::{CpuEvaluator, Lead, Precision, Problem};
 use crate::model::effects::{Effect, Port};
-use crate::model::{Complete, Output};
+use crate::model::{Complete, Output, Scale};
+use crate::search::Settings;
 use crate::search::polish::PolishOptions;
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 /// The share of what is off at a row by which a model is drawn back until the next one, at first.
 const FIRST_SHARE: f64 = 0.3;
@@ -18,6 +21,16 @@ const FIRST_SHARE: f64 = 0.3;
 const RATES: (f64, i32) = (4.0, 7);
 /// How many are led on after the first rate and after each other, and how many of the same effect.
 const LED_ON: [(usize, usize); 2] = [(12, 2), (6, 1)];
+/// Where those of the first rate cost less than this share of what all cost that are let go, a loop winds up so deep that its
+/// cost has ripples, in which a polish is stuck: so many of them that cost least, and so many of the same effect, are sought
+/// around this factor of where they are.
+const ASTRAY: f64 = 0.1;
+const CLOSE: (usize, usize) = (3, 2);
+const AROUND: f64 = 1.05;
+const NEARBY: Settings = Settings {
+    itr: 80,
+    ..Settings::scattered()
+};
 /// The polish at each rate.
 const LED: PolishOptions = PolishOptions {
     max_iterations: 25,
@@ -33,9 +46,10 @@ pub(super) fn led(
     evidence: &Evidence,
     model: &Model,
     effects: &[Effect],
-) -> (Vec<(Effect, Model)>, usize) {
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+) -> Result<(Vec<(Effect, Model)>, usize)> {
     let Some(lead) = lead(evidence, model) else {
-        return (Vec::new(), 0);
+        return Ok((Vec::new(), 0));
     };
     let moves = |effect: &&Effect| matches!(effect.entry.port, Port::Command | Port::Actuator);
     let starts = effects.iter().filter(moves).flat_map(|&effect| {
@@ -43,7 +57,7 @@ pub(super) fn led(
         starts.into_iter().map(move |problem| (effect, problem))
     });
     let mut running: Vec<(Effect, Problem)> = starts.collect();
-    let mut evaluations = 0;
+    let (mut first, mut evaluations) = (Vec::new(), 0);
     for k in 0..RATES.1 {
         let (most, alike) = LED_ON[usize::from(k > 0)];
         let rate = FIRST_SHARE / evidence.sizes.interval * RATES.0.powi(-k);
@@ -62,10 +76,46 @@ pub(super) fn led(
         let found = found
             .into_iter()
             .map(|(cost, effect, problem, _)| (cost, effect, problem));
-        running = least_costly(found.collect(), most, alike);
+        let found: Vec<(f64, Effect, Problem)> = found.collect();
+        if k == 0 {
+            first = found.clone();
+        }
+        running = least_costly(found, most, alike);
     }
-    let (models, more) = polished(evidence, model, running);
-    (models, evaluations + more)
+    let (mut models, more) = polished(evidence, model, running);
+    evaluations += more;
+    let losses = models.iter().map(|(_, one)| one.loss(Side::Fit));
+    let free = losses.fold(model.loss(Side::Fit), f64::min);
+    first.retain(|(cost, _, problem)| cost / (problem.values() as f64) < ASTRAY * free);
+    if first.is_empty() {
+        return Ok((models, evaluations));
+    }
+    let mut close = least_costly(first, CLOSE.0, CLOSE.1);
+    let spaces: Vec<Problem> = close.iter().map(|(_, problem)| around(problem)).collect();
+    // In f32 the ripples are other ones.
+    let mut exact = CpuEvaluator::new(Precision::F64);
+    let (found, more) = evidence.searched(&spaces, &NEARBY, &mut exact, progress)?;
+    evaluations += more;
+    for ((_, problem), found) in close.iter_mut().zip(found) {
+        set_start(problem, &found.start());
+    }
+    let (nearby, more) = polished(evidence, model, close);
+    models.extend(nearby);
+    evaluations += more;
+    Ok((models, evaluations))
+}
+
+/// `problem` with bounds that are little around its start, on each scale that is logarithmic.
+fn around(problem: &Problem) -> Problem {
+    let mut space = problem.clone();
+    for parameter in space.parameters.iter_mut().filter(|one| !one.is_fixed()) {
+        let value = parameter.nominal();
+        if parameter.scale == Scale::Log {
+            parameter.low = parameter.low.max(value / AROUND);
+            parameter.high = parameter.high.min(value * AROUND);
+        }
+    }
+    space
 }
 
 /// `model` with `effect`, as it was fitted, and with all that the base model has in the middle of its bounds: what it was fitted
@@ -167,7 +217,8 @@ mod tests {
             let free = free.filter_map(|start| Some(loss(&evidence.polished(start)?)));
             let free = free.fold(f64::INFINITY, f64::min);
             let effects = ["delay", "friction", "slew_limit", "slew_limit~windup"].map(on);
-            let (found, evaluations) = led(&evidence, &base, &effects);
+            let goes_on = &mut |_| ControlFlow::Continue(());
+            let (found, evaluations) = led(&evidence, &base, &effects, goes_on).unwrap();
             let best = found
                 .iter()
                 .min_by(|a, b| loss(&a.1).total_cmp(&loss(&b.1)));

@@ -5,7 +5,7 @@
 //! ones from nearly anywhere.
 
 use super::evidence::{Evidence, Model, Side, set_start};
-use super::sought::{first_starts, least_costly, polished};
+use super::sought::{around, first_starts, least_costly, polished};
 use crate::Result;
 use crate::evaluate::{CpuEvaluator, Lead, Precision, Problem};
 use crate::model::effects::{Effect, Port};
@@ -87,35 +87,38 @@ pub(super) fn led(
     let losses = models.iter().map(|(_, one)| one.loss(Side::Fit));
     let free = losses.fold(model.loss(Side::Fit), f64::min);
     first.retain(|(cost, _, problem)| cost / (problem.values() as f64) < ASTRAY * free);
-    if first.is_empty() {
-        return Ok((models, evaluations));
+    if !first.is_empty() {
+        let close = least_costly(first, CLOSE.0, CLOSE.1);
+        let (close, more) = nearby(evidence, model, close, progress)?;
+        models.extend(close);
+        evaluations += more;
     }
-    let mut close = least_costly(first, CLOSE.0, CLOSE.1);
-    let spaces: Vec<Problem> = close.iter().map(|(_, problem)| around(problem)).collect();
-    // In f32 the ripples are other ones.
-    let mut exact = CpuEvaluator::new(Precision::F64);
-    let (found, more) = evidence.searched(&spaces, &NEARBY, &mut exact, progress)?;
-    evaluations += more;
-    for ((_, problem), found) in close.iter_mut().zip(found) {
-        set_start(problem, &found.start());
-    }
-    let (nearby, more) = polished(evidence, model, close);
-    models.extend(nearby);
-    evaluations += more;
     Ok((models, evaluations))
 }
 
-/// `problem` with bounds that are little around its start, on each scale that is logarithmic.
-fn around(problem: &Problem) -> Problem {
-    let mut space = problem.clone();
-    for parameter in space.parameters.iter_mut().filter(|one| !one.is_fixed()) {
-        let value = parameter.nominal();
-        if parameter.scale == Scale::Log {
-            parameter.low = parameter.low.max(value / AROUND);
-            parameter.high = parameter.high.min(value * AROUND);
-        }
+/// `model` with what was `found` led and is sought around there, and the candidates evaluated for it.
+fn nearby(
+    evidence: &Evidence,
+    model: &Model,
+    mut found: Vec<(Effect, Problem)>,
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+) -> Result<(Vec<(Effect, Model)>, usize)> {
+    let space = |(_, problem): &(Effect, Problem)| {
+        let mut space = problem.clone();
+        let free = space.parameters.iter_mut().filter(|one| !one.is_fixed());
+        free.filter(|one| one.scale == Scale::Log)
+            .for_each(|one| around(one, AROUND));
+        space
+    };
+    let spaces: Vec<Problem> = found.iter().map(space).collect();
+    // In f32 the ripples are other ones.
+    let mut exact = CpuEvaluator::new(Precision::F64);
+    let (best, evaluations) = evidence.searched(&spaces, &NEARBY, &mut exact, progress)?;
+    for ((_, problem), best) in found.iter_mut().zip(best) {
+        set_start(problem, &best.start());
     }
-    space
+    let (models, more) = polished(evidence, model, found);
+    Ok((models, evaluations + more))
 }
 
 /// `model` with `effect`, as it was fitted, and with all that the base model has in the middle of its bounds: what it was fitted

@@ -3,7 +3,11 @@
 use super::evidence::{Evidence, Model, Side, Start};
 use crate::evaluate::Problem;
 use crate::model::effects::Effect;
+use crate::model::{Parameter, Scale};
 use rayon::prelude::*;
+
+/// What can be of either sign is sought this share of its range around its value at least.
+const BESIDE: f64 = 0.05;
 
 /// The starts for `effect` on top of `model` at its first trial.
 pub(super) fn first_starts(evidence: &Evidence, model: &Model, effect: &Effect) -> Vec<Start> {
@@ -44,4 +48,18 @@ pub(super) fn polished(
         .collect();
     let evaluations = models.iter().map(|(_, one)| one.evaluations).sum();
     (models, evaluations)
+}
+
+/// Bounds `parameter` by this factor around its value; where its scale is linear, by as much as that is to either side.
+pub(super) fn around(parameter: &mut Parameter, factor: f64) {
+    let value = parameter.nominal();
+    let (low, high) = match parameter.scale {
+        Scale::Log => (value / factor, value * factor),
+        Scale::Linear => {
+            let far = value.abs().max(BESIDE * (parameter.high - parameter.low));
+            (value - far, value + far)
+        }
+    };
+    parameter.low = parameter.low.max(low);
+    parameter.high = parameter.high.min(high);
 }

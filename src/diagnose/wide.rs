@@ -3,7 +3,7 @@
 //! What a fit has come to rest in may be a valley that imitates what is missing: from there no effect promises anything.
 
 use super::evidence::{Evidence, Model, Side, found};
-use super::sought::{first_starts, least_costly, polished};
+use super::sought::{around, first_starts, least_costly, polished};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
@@ -22,8 +22,6 @@ const TO_THE_END: usize = 16;
 const AROUND: [f64; 3] = [3.0, 10.0, f64::INFINITY];
 /// Anywhere where the fit leaves this cost, in squared noise: it says nothing of where to look.
 const LOST: f64 = 100.0;
-/// The same where it can be of either sign: this share of its range around it.
-const BESIDE: f64 = 0.05;
 /// Sizes from this share of the largest on are sought alike.
 const SMALLEST: f64 = 1e-4;
 
@@ -133,19 +131,6 @@ fn at_all_sizes(parameter: &mut Parameter) {
         parameter.scale = Scale::Log;
         parameter.low = SMALLEST * parameter.high;
     }
-}
-
-fn around(parameter: &mut Parameter, factor: f64) {
-    let value = parameter.nominal();
-    let (low, high) = match parameter.scale {
-        Scale::Log => (value / factor, value * factor),
-        Scale::Linear => {
-            let far = value.abs().max(BESIDE * (parameter.high - parameter.low));
-            (value - far, value + far)
-        }
-    };
-    parameter.low = parameter.low.max(low);
-    parameter.high = parameter.high.min(high);
 }
 
 #[cfg(test)]

@@ -4,8 +4,8 @@ use crate::diagnose::Verdict;
 use crate::model::Structure;
 
 /// What held-out rows are.
-pub const HELD_OUT: &str = "Held-out rows are not fitted: what is left there shows what a result is worth. Where they had to set what the fitted rows leave \
-    open, a warning says so.";
+pub const HELD_OUT: &str = "Held-out rows are not fitted: what is left there shows what a result is worth. Where they had to set \
+    what the fitted rows leave open, a warning says so.";
 
 /// What errors are, and what a residual is.
 pub const RESIDUAL: &str = "Errors are RMS, the root of the mean square of measured less simulated; what is left of a measurement like \

@@ -13,6 +13,10 @@ pub fn advance<R: Real, const N: usize, D: Dynamics<R>>(
     [start, middle, end]: [&Input<R>; 3],
     step: R,
 ) -> [R; N] {
+    // Nothing moves: what would move it is not compiled.
+    if N == 0 {
+        return state;
+    }
     D::outlined(
         #[inline(always)]
         || {

@@ -375,6 +375,16 @@ pub struct BarePlant<R> {
     observes_flow: bool,
 }
 
+/// So many states are an actuator's alone: that nothing else moves is known when its loops are compiled.
+const AN_ACTUATOR: usize = 2;
+
+impl<R: Real> BarePlant<R> {
+    #[inline(always)]
+    fn actuator(&self) -> &Actuator<R> {
+        self.base.exact_step(&Bare).expect("an actuator")
+    }
+}
+
 impl<R: Real> Dynamics<R> for BarePlant<R> {
     const DELAYS: bool = false;
 
@@ -399,6 +409,11 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
         stage: &Stage<R>,
     ) -> [R; N] {
         let mut slope = [R::constant(0.0); N];
+        if N == AN_ACTUATOR {
+            let actuator = self.actuator();
+            (slope[0], slope[1]) = actuator.derivative(state[0], state[1], input.command);
+            return slope;
+        }
         self.base.derivative(&Bare, state, input, stage, &mut slope);
         slope
     }
@@ -412,9 +427,8 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
 
     #[inline(always)]
     fn exact_step<const N: usize>(&self, _: &Structure) -> Option<&Actuator<R>> {
-        // Two states are an actuator's alone: that there is one is known when this is compiled, and no other loop is.
         match N {
-            2 => Some(self.base.exact_step(&Bare).expect("an actuator")),
+            AN_ACTUATOR => Some(self.actuator()),
             _ => None,
         }
     }

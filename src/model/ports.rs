@@ -7,6 +7,9 @@ use std::ops::Range;
 
 /// What is attached inside a base model, at the ports of motion, area and flow. Every default is that of nothing.
 pub trait Ports<R: Real> {
+    /// Whether anything can be attached: what follows that is not compiled where nothing can.
+    const ANYTHING: bool;
+
     /// Calls `f`, as a function of its own where something is attached: what is rare must not be copied everywhere.
     fn outlined<T>(f: impl FnOnce() -> T) -> T;
 
@@ -137,6 +140,8 @@ pub trait Ports<R: Real> {
 pub(super) struct Bare;
 
 impl<R: Real> Ports<R> for Bare {
+    const ANYTHING: bool = false;
+
     #[inline(always)]
     fn outlined<T>(f: impl FnOnce() -> T) -> T {
         f()
@@ -223,6 +228,8 @@ impl<R> Placed<R> {
 }
 
 impl<R: Real> Ports<R> for Attached<R> {
+    const ANYTHING: bool = true;
+
     #[inline(always)]
     fn outlined<T>(f: impl FnOnce() -> T) -> T {
         R::outlined(f)

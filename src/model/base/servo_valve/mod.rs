@@ -423,10 +423,10 @@ impl<R: Real> ServoValveEquations<R> {
     /// The same of a spool on which what acts need not feel it.
     #[inline(always)]
     fn load_that_is_felt<P: Ports<R>>(&self, ports: &P, state: &[R], input: &Input<R>) -> R {
-        match ports.feels_load() {
-            true => self.load(&self.path(ports, state, input, false)),
-            false => R::constant(0.0),
+        if P::ANYTHING && ports.feels_load() {
+            return self.load(&self.path(ports, state, input, false));
         }
+        R::constant(0.0)
     }
 
     /// The spool where its drive, with what pulls it, is zero: by the secant method.
@@ -530,7 +530,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 _ => input.command,
             };
             (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
-            if ports.pulls() && initial == Initial::Equilibrium {
+            if P::ANYTHING && ports.pulls() && initial == Initial::Equilibrium {
                 self.spool_at_rest(ports, actuator, state, input);
             }
         }
@@ -541,7 +541,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             *self.position(state) = measured[Output::Position];
         }
         // The flow drawn from a supply that gives way under it, by iteration.
-        if ports.follows_flow() {
+        if P::ANYTHING && ports.follows_flow() {
             P::outlined(
                 #[inline(always)]
                 || {
@@ -566,9 +566,10 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         P::outlined(
             #[inline(always)]
             || {
-                let with_flow = self.piston_speed.is_some() || ports.follows_flow();
+                let follows = P::ANYTHING && ports.follows_flow();
+                let with_flow = self.piston_speed.is_some() || follows;
                 // Once for both: what acts on the spool, and what follows the flow.
-                let path = match with_flow || ports.feels_load() {
+                let path = match with_flow || (P::ANYTHING && ports.feels_load()) {
                     true => Some(self.path(ports, state, input, with_flow)),
                     false => None,
                 };
@@ -644,6 +645,9 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
     #[inline(always)]
     fn slip_direction(&self, ports: &P, state: &[R], input: &Input<R>) -> R {
         let zero = R::constant(0.0);
+        if !P::ANYTHING {
+            return zero;
+        }
         match &self.actuator {
             Some(actuator) if ports.sticks() => P::outlined(
                 #[inline(always)]
@@ -669,12 +673,12 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         slip_direction: R,
         step: R,
     ) {
+        if !P::ANYTHING || !ports.ends_steps() {
+            return;
+        }
         let Some(actuator) = &self.actuator else {
             return;
         };
-        if !ports.ends_steps() {
-            return;
-        }
         let zero = R::constant(0.0);
         let stage = Stage {
             since: step,

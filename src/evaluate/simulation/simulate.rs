@@ -219,18 +219,22 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
 /// two steps how that depends on the delay.
 #[inline(always)]
 fn in_step<R: Real>(sample: &Sample, j: u32, begin: R, end: R) -> [R; 2] {
-    // From the next row on, so that the last step of a piece that ends there has no other length by rounding.
-    let left = |steps: u32| R::constant(sample.step * f64::from(steps));
     let steps = sample.substeps - j;
-    let within = |moment: R| {
-        let here = moment + left(steps);
-        match steps {
-            1 => here,
-            _ => (-(moment + left(steps - 1))).if_positive(here, left(1)),
-        }
-    };
-    let from = R::constant(0.0).max(within(begin));
-    [from, from.max(within(end))]
+    let from = R::constant(0.0).max(into_step(sample, steps, begin));
+    [from, from.max(into_step(sample, steps, end))]
+}
+
+/// Where a `moment`, s after the next row, is in the step that has `steps` before that row, itself among them: s after it begins,
+/// no later than its end.
+#[inline(always)]
+fn into_step<R: Real>(sample: &Sample, steps: u32, moment: R) -> R {
+    // From the next row on, so that the last step of a piece that ends there has no other length by rounding.
+    let here = moment + R::constant(sample.step * f64::from(steps));
+    if steps == 1 {
+        return here;
+    }
+    let beyond = moment + R::constant(sample.step * f64::from(steps - 1));
+    (-beyond).if_positive(here, R::constant(sample.step))
 }
 
 /// The outputs at every row of `record`, in `f64`. `values` are those of all parameters. What has diverged is not finite.

@@ -77,3 +77,60 @@ pub(super) fn next_batch<'a>(
     }
     Ok(portions)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::devices::gpu::Checks;
+    use crate::evaluate::devices::gpu::limits::largest_buffer;
+    use crate::evaluate::workload;
+    use std::time::Duration;
+
+    const MILLION: usize = 1_000_000;
+
+    #[test]
+    fn a_million_candidates_on_a_million_rows_come_in_batches_that_fit() {
+        let problem = workload::actuator_and_valve(MILLION);
+        let population = workload::population(&problem, MILLION);
+        let job = Job {
+            problem: &problem,
+            population: &population,
+        };
+        let sources = ["".into()];
+        let configuration = Configuration {
+            checks: Checks::Off,
+            workgroup: 64,
+            largest_buffer: largest_buffer(&wgpu::Limits::defaults()),
+            limited_loops: false,
+            batch: 256 << 20,
+            submission: 0.05,
+            timeout: Duration::from_secs(1),
+        };
+        let written = Written::of(&problem);
+        let rows = bytes(&problem.data);
+        let (mut done, mut batches) = (0, 0);
+        while done < MILLION {
+            let batch = next_batch(&[job], &sources, [done], configuration).expect("a batch");
+            let mut needs = rows;
+            for Portion { range, .. } in batch {
+                assert_eq!(range.start, done);
+                assert!(range.end > done, "nothing in {range:?}");
+                done = range.end;
+                let count = range.len() as u64;
+                assert!(4 * written.results * count <= configuration.largest_buffer);
+                needs += 4 * (written.results + written.states) * count;
+            }
+            // One portion there has to be, beside the rows.
+            assert!(needs <= rows + configuration.batch, "{needs} bytes");
+            batches += 1;
+        }
+        // A slice's sum of each channel: 123 slices of two channels.
+        let numbers = written.results;
+        assert_eq!(numbers, 246);
+        let fewest = (4 * numbers as usize * MILLION).div_ceil(256 << 20);
+        assert!(
+            (fewest..2 * fewest).contains(&batches),
+            "{batches} of {fewest}"
+        );
+    }
+}

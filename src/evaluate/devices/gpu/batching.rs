@@ -82,6 +82,7 @@ pub(super) fn next_batch<'a>(
 mod tests {
     use super::*;
     use crate::evaluate::devices::gpu::Checks;
+    use crate::evaluate::devices::gpu::evaluator::BATCH;
     use crate::evaluate::devices::gpu::limits::largest_buffer;
     use crate::evaluate::workload;
     use std::time::Duration;
@@ -102,7 +103,7 @@ mod tests {
             workgroup: 64,
             largest_buffer: largest_buffer(&wgpu::Limits::defaults()),
             limited_loops: false,
-            batch: 256 << 20,
+            batch: BATCH,
             submission: 0.05,
             timeout: Duration::from_secs(1),
         };
@@ -125,9 +126,8 @@ mod tests {
             batches += 1;
         }
         // A slice's sum of each channel: 123 slices of two channels.
-        let numbers = written.results;
-        assert_eq!(numbers, 246);
-        let fewest = (4 * numbers as usize * MILLION).div_ceil(256 << 20);
+        assert_eq!(written.results, 246);
+        let fewest = (4 * written.results * MILLION as u64).div_ceil(BATCH);
         assert!(
             (fewest..2 * fewest).contains(&batches),
             "{batches} of {fewest}"

@@ -30,7 +30,7 @@ const MOST_LOST: u32 = 4;
 /// How long a submission of some 50 ms may take before the device counts as hung.
 const TIMEOUT: Duration = Duration::from_secs(60);
 /// About how many bytes of results, states and data a batch has.
-const BATCH: u64 = 256 << 20;
+pub(super) const BATCH: u64 = 256 << 20;
 
 /// Evaluates populations on a GPU.
 pub struct GpuEvaluator {

@@ -243,7 +243,7 @@ fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, lef
     return ExactStep(select(t404, ((state.integrator + (t352 * t545)) + ((t357 + (t363 * t545)) * t546)) + (((t369 + (t375 * t545)) + ((t381 + (t387 * t545)) * t546)) * t559), t463 > 0.0), select(t418, ((state.spool + (t339 * t545)) + ((t355 + (t361 * t545)) * t546)) + (((t367 + (t373 * t545)) + ((t379 + (t385 * t545)) * t546)) * t559), t463 > 0.0), select(t462, t462 + (t336 * (1.0f - t545)), t463 > 0.0));
 }
 
-fn follow(plant: Plant, state: State, after: State, start: Input, end: Input, step: f32) -> State {
+fn follow(plant: Plant, state: State, after: State, start: Input, middle: Input, end: Input, step: f32) -> State {
     return State(after.integrator, after.spool);
 }
 

@@ -12,8 +12,6 @@
 struct Sample {
     step: f32,
     substeps: u32,
-    exact_step: f32,
-    exact_steps: u32,
     pieces: u32,
     weight: f32,
     input: Input,

@@ -22,18 +22,29 @@ fn one_exact_step(plant: Plant, stride: Stride, before: State, command: f32, ram
 // The stride of the last interval: records have few lengths of rows.
 var<private> known: Stride;
 
+// How many exact steps go from a row to the next.
+fn exact_steps(sample: Sample) -> u32 {
+    return (sample.substeps + (STEPS_OF_AN_EXACT_STEP - 1u)) / STEPS_OF_AN_EXACT_STEP;
+}
+
+// How long each of them is, s; after the last row comes none.
+fn length_of(sample: Sample) -> f32 {
+    if (STEPS_OF_AN_EXACT_STEP == 1u) {
+        return sample.step;
+    }
+    return sample.step * f32(sample.substeps) / f32(max(exact_steps(sample), 1u));
+}
+
 // What comes before the rows from number `begin` on.
 fn depart(plant: Plant, record: Series, begin: u32) {
-    let first = samples[record.first + begin];
-    known = stride_of(plant, select(first.exact_step, first.step, FILTERED));
+    known = stride_of(plant, length_of(samples[record.first + begin]));
 }
 
 // Moves the spool from row `k` to the next. `input` is what acts at row `k`; row `acting` is the one whose command that is.
 fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, acting: i32) -> State {
     let sample = samples[record.first + k];
-    // What filters an output follows it in integration steps.
-    let count = select(sample.exact_steps, sample.substeps, FILTERED);
-    let length = select(sample.exact_step, sample.step, FILTERED);
+    let count = exact_steps(sample);
+    let length = length_of(sample);
     var state = before;
     if (DELAYED) {
         var now = input;
@@ -54,8 +65,8 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
             for (var j = 0u; j < count; j++) {
                 let old = state;
                 state = one_exact_step(plant, stride, old, now.command, 0.0);
-                if (FILTERED) {
-                    state = follow(plant, old, state, now, now, stride.length);
+                if (FOLLOWED) {
+                    state = follow(plant, old, state, now, now, now, stride.length);
                 }
             }
             begin = end;
@@ -76,12 +87,14 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
     for (var j = 0u; j < count; j++) {
         let old = state;
         state = one_exact_step(plant, known, old, input.command + ramp * (length * f32(j)), ramp);
-        if (FILTERED) {
+        if (FOLLOWED) {
+            var middle = input;
             var end = input;
             if (INTERPOLATED) {
+                middle = between(sample.input, next, (f32(j) + 0.5) / f32(count));
                 end = between(sample.input, next, f32(j + 1u) / f32(count));
             }
-            state = follow(plant, old, state, start, end, known.length);
+            state = follow(plant, old, state, start, middle, end, known.length);
             start = end;
         }
     }

@@ -286,7 +286,7 @@ fn turn(plant: Plant, stride: Stride, state: State, command: f32, ramp: f32, lef
     return ExactStep(select(t649, ((state.integrator + (t597 * t789)) + ((t602 + (t608 * t789)) * t790)) + (((t614 + (t620 * t789)) + ((t626 + (t632 * t789)) * t790)) * t803), t708 > 0.0), select(t663, ((state.spool + (t584 * t789)) + ((t600 + (t606 * t789)) * t790)) + (((t612 + (t618 * t789)) + ((t624 + (t630 * t789)) * t790)) * t803), t708 > 0.0), select(t707, t707 + (t581 * (1.0f - t789)), t708 > 0.0));
 }
 
-fn follow(plant: Plant, state: State, after: State, start: Input, end: Input, step: f32) -> State {
+fn follow(plant: Plant, state: State, after: State, start: Input, middle: Input, end: Input, step: f32) -> State {
     return State(after.integrator, after.spool);
 }
 

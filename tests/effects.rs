@@ -9,7 +9,7 @@ use servobee::evaluate::gpu::{Checks, GpuEvaluator, adapters, best};
 use servobee::evaluate::problem::{Data, Sample, Series};
 use servobee::evaluate::simulate::outputs;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
-use servobee::model::effects::{CATALOGUE, Effect};
+use servobee::model::effects::{CATALOGUE, Effect, Port};
 use servobee::model::valve::Meter;
 use servobee::model::{Complete, Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
 use servobee::simulator::{self, Command, FULL_SCALE, Noise, Setup, Simulation};
@@ -200,11 +200,11 @@ fn neutral_pair(base: &Structure, effect: Effect) -> (Problem, Problem) {
 }
 
 /// How much a structure with an effect that is neutral may differ from one without, in f64, if more than nothing: a late command
-/// is interpolated by another formula than one that is not, exact steps are shorter where something filters an output, and a
-/// curve without a straight part bends before its largest limit, too.
+/// is interpolated by another formula than one that is not, exact steps have another length by rounding where something filters
+/// an output, and a curve without a straight part bends before its largest limit, too.
 fn rounding(effect: Effect, with: &Problem) -> Option<f64> {
     let late = effect.entry.name == "delay" && with.structure.hold == Hold::Interpolated;
-    let shorter = with.has_exact_steps() && with.structure.filters();
+    let shorter = with.has_exact_steps() && with.structure.has_followers();
     let bends = ["slew_limit~rounded", "slew_limit~pilot"].contains(&effect.entry.name);
     let formula = shorter.then_some(1e-9).or(late.then_some(1e-12));
     bends.then_some(4e-5).or(formula)
@@ -219,20 +219,33 @@ fn neutral_is_absent_to_the_last_bit() {
     }
     for (base, effects) in structures() {
         for effect in effects {
-            let (without, with) = neutral_pair(&base, effect);
-            let (a, b) = (at_start(&without), at_start(&with));
+            let (mut without, mut with) = neutral_pair(&base, effect);
+            if with.has_exact_steps() {
+                // As short as those that a filter follows.
+                let [longer, shorter] =
+                    [&without, &with].map(|p| p.structure.steps_of_an_exact_step());
+                without = without.refined(longer / shorter);
+            }
+            let (mut a, mut b) = (at_start(&without), at_start(&with));
             let what = format!("{effect}, {:?}", base.hold);
             if with.has_exact_steps() != without.has_exact_steps() {
-                // Absent, the spool exact steps; with what acts on its motion it goes in steps, which come closer to that the finer
-                // they are. To the last bit these effects are compared where the piston's position is integrated, which
-                // never exact steps.
-                let finer = difference(&a, &at_start(&with.refined(8)));
+                // Absent, the spool goes in exact steps; with what acts on its motion in integration steps, which come closer to
+                // that the finer they are. To the last bit the effect is compared where another acts on the motion as well.
+                let [finer_a, finer_b] = [&without, &with].map(|one| at_start(&one.refined(8)));
+                let finer = difference(&finer_a, &finer_b);
                 println!(
                     "{what}: {:.1e}, with finer steps {finer:.1e}",
                     difference(&a, &b)
                 );
                 assert!(finer < 5e-5, "{what}: {finer:.1e}");
-                continue;
+                let acts = |other: &&Effect| {
+                    other.entry.port == Port::Actuator
+                        && other.entry.cause() != effect.entry.cause()
+                };
+                let all = all_on(&base);
+                let other = all.iter().find(acts).expect("another effect");
+                (without, with) = neutral_pair(&base.with(*other), effect);
+                (a, b) = (at_start(&without), at_start(&with));
             }
             let population = near_start(&without, 5, 3);
             let mut pairs = Vec::new();

@@ -441,23 +441,23 @@ fn a_wrong_shader_is_caught() {
         ("actuator, held", "sum = add(sum, chunk)", "sum = chunk"),
         (
             "spool, flow and integrated position, interpolated",
-            "min(max(middle",
-            "max(max(middle",
+            "start, middle, end, known.length",
+            "start, start, end, known.length",
         ),
         (
             "spool, flow and integrated position, interpolated",
-            "j < sample.substeps; j++) {\n            var inputs: array<Input, 3>;",
-            "j + 1u < sample.substeps; j++) {\n            var inputs: array<Input, 3>;",
+            "(f32(j) + 0.5) / f32(count)",
+            "f32(j) / f32(count)",
         ),
         (
             "spool, flow and integrated position, interpolated",
-            "f32(2u * j + half)",
-            "f32(2u * j)",
+            "(0.125f * step)",
+            "(0.0f * step)",
         ),
         (
             "spool, flow and integrated position, interpolated",
-            "start.command + (share",
-            "start.command - (share",
+            "start.supply + (share",
+            "start.supply - (share",
         ),
         (
             "actuator, at rest",
@@ -576,9 +576,19 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
             "",
         ),
         (
+            "hysteresis, trial 1, Interpolated, uneven",
+            "j < sample.substeps; j++) {\n            var inputs: array<Input, 3>;",
+            "j + 1u < sample.substeps; j++) {\n            var inputs: array<Input, 3>;",
+        ),
+        (
+            "hysteresis, trial 1, Interpolated, uneven",
+            "f32(2u * j + half)",
+            "f32(2u * j)",
+        ),
+        (
             filters,
-            "start, end, known.length",
-            "start, start, known.length",
+            "start, middle, end, known.length",
+            "start, middle, start, known.length",
         ),
         (filters, "f32(j + 1u) / f32(count)", "f32(j) / f32(count)"),
         (
@@ -588,7 +598,7 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
         ),
         (
             "delay + hysteresis + overlap + sensor_lag.flow, trial 0, Held, even",
-            "state = follow(plant, old, state, now, now, stride.length);",
+            "state = follow(plant, old, state, now, now, now, stride.length);",
             "",
         ),
     ];

@@ -39,7 +39,7 @@ fn rows(problem: &Problem) -> (Vec<[f32; 2]>, f32) {
         unreachable!("the workload is a record")
     };
     let samples = &all[0].samples;
-    let (length, count) = samples[0].parts(true);
+    let (length, count) = problem.parts(&samples[0]);
     assert!(
         count == 1 && problem.is_even(),
         "a row is one exact step, all are alike"

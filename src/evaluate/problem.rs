@@ -128,10 +128,12 @@ impl Problem {
         self.structure.has_exact_steps() && matches!(*self.data, Data::Series(_))
     }
 
-    /// Length (s) and number of the parts into which it cuts the interval from `sample` to the next row: what filters an output
-    /// follows it in integration steps.
+    /// Length (s) and number of the integration steps, or exact steps, from `sample` to the next row.
     pub fn parts(&self, sample: &Sample) -> (f64, u32) {
-        sample.parts(self.has_exact_steps() && !self.structure.filters())
+        sample.parts(match self.has_exact_steps() {
+            true => self.structure.steps_of_an_exact_step(),
+            false => 1,
+        })
     }
 
     /// Whether all rows of all records are equally far apart, so that all exact steps are alike.

@@ -4,7 +4,7 @@ use super::{Model, inputs};
 use crate::evaluate::STATE_LIMIT;
 use crate::evaluate::physics::{EXACT_STEP, Function, INPUTS, Kind, Physics};
 use crate::evaluate::problem::JITTER;
-use crate::model::exact_step::{MOST_PARTS, STEPS_OF_AN_EXACT_STEP, Stride};
+use crate::model::exact_step::{MOST_PARTS, Stride};
 use crate::model::integrate::STEP_FRACTION;
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, C, Trace};
@@ -101,16 +101,18 @@ fn constants(model: &Model, exact_steps: bool) -> String {
         "/* Whether inputs go straight from one communication point to the next, instead of being held. */\n\
          #define INTERPOLATED {}\n/* Whether the command arrives late. */\n#define DELAYED {}\n\
          /* Whether the spool moves in exact steps, or in integration steps. */\n#define EXACT_STEPS {}\n\
-         /* Whether something filters an output, which it follows in integration steps. */\n#define FILTERED {}\n\
+         /* Whether something follows the spool. */\n#define FOLLOWED {}\n\
          /* The fastest rate inside the bounds of the parameters, 1/s, and which share of its time a step lasts. */\n\
          #define FASTEST_RATE {rate:?}\n#define STEP_FRACTION {STEP_FRACTION:?}\n\
-         #define STEPS_OF_AN_EXACT_STEP {STEPS_OF_AN_EXACT_STEP}u\n#define MOST_PARTS {MOST_PARTS}u\n\
+         /* How many of them an exact step takes the place of, at most, and in how many parts. */\n\
+         #define STEPS_OF_AN_EXACT_STEP {}u\n#define MOST_PARTS {MOST_PARTS}u\n\
          /* How much of a step may be rounding of the time. */\n#define JITTER {JITTER:?}\n\
          /* What is larger has diverged. */\n#define STATE_LIMIT {STATE_LIMIT:?}\n\n",
         flag(structure.hold == Hold::Interpolated),
         flag(structure.delays()),
         flag(exact_steps),
-        flag(structure.filters()),
+        flag(structure.has_followers()),
+        structure.steps_of_an_exact_step(),
     )
 }
 

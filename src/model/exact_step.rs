@@ -3,7 +3,8 @@
 //! Between two rows the loop of [`Actuator`] is linear where `|u − x| ≤ S`, and driven at a
 //! constant rate where it is not. Both have closed forms, so that a step may be as long as the rows are apart, however
 //! fast the candidate is: [`Actuator::exact_step`]. Only a step in which the saturation begins or ends is made in parts, each
-//! of which ends where it does: [`Actuator::turn`].
+//! of which ends where it does: [`Actuator::turn`]. What follows the spool without acting on it is integrated along such steps by
+//! Simpson's rule: [`Actuator::middle`].
 
 use super::Real;
 use super::actuator::Actuator;
@@ -11,6 +12,8 @@ use super::actuator::Actuator;
 /// An exact step takes the place of at most so many steps of [`integrate`](super::integrate): it lasts no longer than 4.2 of the
 /// fastest time constants that the bounds allow.
 pub const STEPS_OF_AN_EXACT_STEP: u32 = 6;
+/// One along which a state is carried takes the place of at most so many.
+pub const STEPS_OF_A_CARRYING_STEP: u32 = 2;
 /// Times that the series of an exact step's matrix is squared: it is summed for an eighth of the exact step.
 const SQUARINGS: i32 = 3;
 /// Terms of that series.
@@ -28,6 +31,9 @@ const SHORTEST: f64 = 1e-4;
 
 /// More parts than any exact step needs.
 pub const MOST_PARTS: u32 = 24;
+
+/// Number of the state that integrator and spool carry along, where there is one.
+pub const CARRIED: usize = 2;
 
 /// What all exact steps of one length have in common, for one candidate.
 ///
@@ -86,6 +92,17 @@ pub struct Place<R> {
     pub integrator: R,
     /// x, in the unit of the command.
     pub spool: R,
+}
+
+impl<R: Copy> Place<R> {
+    /// The place of the actuator whose states these are.
+    #[inline(always)]
+    pub fn of(state: &[R]) -> Self {
+        Self {
+            integrator: state[0],
+            spool: state[1],
+        }
+    }
 }
 
 /// The polynomial's value at `share`; pairs first, so that no addition waits for more than three others.
@@ -232,6 +249,19 @@ impl<R: Real> Actuator<R> {
             left_saturation = left_saturation.max(-(closing * closing_then));
         }
         (to, beyond.if_positive(left_saturation, left_linear))
+    }
+
+    /// Where the actuator is half-way between two places `length` seconds apart: the spool by the cubic that has its places and
+    /// speeds, which is off by h⁴/384 of its fourth derivative; the integrator between its two.
+    #[inline(always)]
+    pub fn middle(&self, [from, to]: [Place<R>; 2], length: R) -> Place<R> {
+        let began = self.speed(from.integrator, from.spool);
+        let ends = self.speed(to.integrator, to.spool);
+        let half = R::constant(0.5);
+        Place {
+            integrator: half * (from.integrator + to.integrator),
+            spool: half * (from.spool + to.spool) + R::constant(0.125) * length * (began - ends),
+        }
     }
 
     /// Where `from` is after the first part of what is `left` (s) of an exact step, and what is left after it. The part ends

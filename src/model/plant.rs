@@ -70,10 +70,16 @@ pub trait Dynamics<R: Real> {
     #[inline(always)]
     fn filter(&self, _state: &mut [R], _course: [&Shown<R>; 2], _step: R) {}
 
+    /// How fast the state goes that the spool carries along in exact steps; `None` where it carries none.
+    #[inline(always)]
+    fn carried<const N: usize>(&self, _state: &[R; N], _input: &Input<R>) -> Option<R> {
+        None
+    }
+
     /// The outputs; those that are not observed are zero.
     fn observe(&self, state: &[R], input: &Input<R>) -> Outputs<R>;
 
-    /// The actuator whose exact steps move the `N` states of `structure`, where they do.
+    /// The actuator whose exact steps move the first of the `N` states of `structure`, where they do.
     fn exact_step<const N: usize>(&self, structure: &Structure) -> Option<&Actuator<R>>;
 }
 
@@ -137,6 +143,8 @@ pub struct Plant<R> {
     observes_flow: bool,
     /// Whether anything filters an output, and whether that is the flow.
     filters: (bool, bool),
+    /// Whether exact steps of the spool carry a state along.
+    carries: bool,
 }
 
 impl<R: Real> Plant<R> {
@@ -161,6 +169,7 @@ impl<R: Real> Plant<R> {
                 filtered.clone().next().is_some(),
                 filtered.any(|output| structure.shows_flow(output)),
             ),
+            carries: structure.carries(),
         }
     }
 
@@ -327,6 +336,16 @@ impl<R: Real> Dynamics<R> for Plant<R> {
     }
 
     #[inline(always)]
+    fn carried<const N: usize>(&self, state: &[R; N], input: &Input<R>) -> Option<R> {
+        match self.carries {
+            true => Some(
+                each_base!(BaseEquations, &self.base, base => base.carried(&self.attached, state, input)),
+            ),
+            false => None,
+        }
+    }
+
+    #[inline(always)]
     fn observe(&self, state: &[R], input: &Input<R>) -> Outputs<R> {
         R::outlined(
             #[inline(always)]
@@ -375,7 +394,7 @@ pub struct BarePlant<R> {
     observes_flow: bool,
 }
 
-/// So many states are an actuator's alone: that nothing else moves is known when its loops are compiled.
+/// So many states are an actuator's alone, and with more it carries one along: known when its loops are compiled.
 const AN_ACTUATOR: usize = 2;
 
 impl<R: Real> BarePlant<R> {
@@ -419,6 +438,14 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
     }
 
     #[inline(always)]
+    fn carried<const N: usize>(&self, state: &[R; N], input: &Input<R>) -> Option<R> {
+        match N > AN_ACTUATOR {
+            true => Some(self.base.carried(&Bare, state, input)),
+            false => None,
+        }
+    }
+
+    #[inline(always)]
     fn observe(&self, state: &[R], input: &Input<R>) -> Outputs<R> {
         self.base
             .shown(&Bare, state, input, self.observes_flow)
@@ -427,9 +454,9 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
 
     #[inline(always)]
     fn exact_step<const N: usize>(&self, _: &Structure) -> Option<&Actuator<R>> {
-        match N {
-            AN_ACTUATOR => Some(self.actuator()),
-            _ => None,
+        match N >= AN_ACTUATOR {
+            true => Some(self.actuator()),
+            false => None,
         }
     }
 }

@@ -5,6 +5,7 @@ use super::base::servo_valve::Drive;
 use super::base::{Base, BaseEquations, BaseModel, ServoValve};
 use super::declare::Listing;
 use super::effects::{Effect, Host, Port, Scale};
+use super::exact_step::{STEPS_OF_A_CARRYING_STEP, STEPS_OF_AN_EXACT_STEP};
 use super::free_form::FreeForm;
 use super::setting::{Hold, Initial, Setting};
 use super::valve::{Drop, ValveForm};
@@ -209,13 +210,30 @@ impl Structure {
         filters.filter_map(|effect| effect.output)
     }
 
-    /// Whether something filters an output: it follows that in integration steps, also where the spool moves in exact ones.
-    pub fn filters(&self) -> bool {
-        self.filtered().next().is_some()
+    /// Whether exact steps of the spool carry a state along.
+    pub(super) fn carries(&self) -> bool {
+        each_base!(Base, &self.base, base => base.carries(&self.setting()))
+    }
+
+    /// Whether exact steps of the spool are followed by what filters an output, or by a state that they carry along.
+    pub fn has_followers(&self) -> bool {
+        self.carries() || self.filtered().next().is_some()
+    }
+
+    /// How many steps of [`integrate`](super::integrate) an exact step of the spool takes the place of, at most: what follows it
+    /// needs it shorter.
+    pub fn steps_of_an_exact_step(&self) -> u32 {
+        if self.filtered().next().is_some() {
+            1
+        } else if self.carries() {
+            STEPS_OF_A_CARRYING_STEP
+        } else {
+            STEPS_OF_AN_EXACT_STEP
+        }
     }
 
     /// Whether the spool can be moved in exact steps (see [`exact_step`](super::exact_step)): nothing acts on how it moves but a
-    /// command that is constant or goes straight, and nothing else moves but what filters an output.
+    /// command that is constant or goes straight, and nothing else moves but what [follows](Self::has_followers).
     pub fn has_exact_steps(&self) -> bool {
         let still = |effect: &Effect| match effect.entry.port {
             Port::Command => self.hold == Hold::Held,

@@ -1,6 +1,5 @@
 //! The data of a problem: records in time and tones, cut into integration steps.
 
-use crate::model::exact_step::STEPS_OF_AN_EXACT_STEP;
 use crate::model::integrate::substeps;
 use crate::model::{Input, Outputs};
 use serde::{Deserialize, Serialize};
@@ -27,16 +26,16 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Length (s) and number of the parts into which the interval to the next row is cut: as long as exact steps may be, or as
-    /// integration steps.
+    /// Length (s) and number of the parts into which the interval to the next row is cut, each in the place of at most so many
+    /// `steps` of integration.
     #[inline(always)]
-    pub fn parts(&self, long: bool) -> (f64, u32) {
-        match long {
-            false => (self.step, self.substeps),
+    pub fn parts(&self, steps: u32) -> (f64, u32) {
+        match steps {
+            1 => (self.step, self.substeps),
             // After the last row nothing comes.
-            true if self.substeps == 0 => (0.0, 0),
-            true => {
-                let count = self.substeps.div_ceil(STEPS_OF_AN_EXACT_STEP);
+            _ if self.substeps == 0 => (0.0, 0),
+            _ => {
+                let count = self.substeps.div_ceil(steps);
                 let seconds = self.step * f64::from(self.substeps);
                 (seconds / f64::from(count), count)
             }

@@ -4,7 +4,7 @@ use crate::evaluate::problem::Sample;
 use crate::evaluate::simulation::transport_delay::TransportDelay;
 use crate::model::actuator::Actuator;
 use crate::model::base::Shown;
-use crate::model::exact_step::{MOST_PARTS, Place, Stride};
+use crate::model::exact_step::{CARRIED, MOST_PARTS, Place, Stride};
 use crate::model::{Dynamics, Input, Real, Valued};
 
 /// Moves the spool of `state` by one exact step, in which the command begins at `command` and changes by `ramp` a second.
@@ -16,10 +16,7 @@ fn exact_step<R: Valued>(
     command: R,
     ramp: Option<R>,
 ) {
-    let from = Place {
-        integrator: state[0],
-        spool: state[1],
-    };
+    let from = Place::of(state);
     let (mut place, crossing) = actuator.exact_step(stride, from, command, ramp);
     if crossing.any_positive() {
         // Moved into the closure: what moves with every row stays in registers where no edge is met.
@@ -59,6 +56,60 @@ fn in_parts<R: Valued>(
     place
 }
 
+/// What follows exact steps of the spool, and how far it has come: filters of outputs, and a state that the spool carries along.
+pub(super) struct Course<R> {
+    shown: Option<Shown<R>>,
+    speed: Option<R>,
+}
+
+impl<R: Real> Course<R> {
+    /// Where a step begins at `state`; `None` where nothing follows it.
+    #[inline(always)]
+    pub(super) fn at<const N: usize, D: Dynamics<R>>(
+        plant: &D,
+        state: &[R; N],
+        input: &Input<R>,
+    ) -> Option<Self> {
+        let shown = plant.unfiltered(state, input);
+        let speed = plant.carried(state, input);
+        match (&shown, &speed) {
+            (None, None) => None,
+            _ => Some(Self { shown, speed }),
+        }
+    }
+
+    /// Follows a step of `length` seconds from `before` to `state`. The inputs are those at its start, middle and end.
+    #[inline(always)]
+    pub(super) fn follow<const N: usize, D: Dynamics<R>>(
+        &mut self,
+        plant: &D,
+        actuator: &Actuator<R>,
+        before: &[R; N],
+        state: &mut [R; N],
+        [_, half, end]: [&Input<R>; 3],
+        length: R,
+    ) {
+        if let Some(began) = self.speed {
+            let between = actuator.middle([Place::of(before), Place::of(state)], length);
+            let mut middle = *before;
+            (middle[0], middle[1]) = (between.integrator, between.spool);
+            if let Some(passes) = plant.carried(&middle, half)
+                && let Some(ends) = plant.carried(state, end)
+            {
+                let simpson = (began + R::constant(4.0) * passes) + ends;
+                state[CARRIED] = state[CARRIED] + length * R::constant(1.0 / 6.0) * simpson;
+                self.speed = Some(ends);
+            }
+        }
+        if let Some(earlier) = &self.shown
+            && let Some(later) = plant.unfiltered(state, end)
+        {
+            plant.filter(state, [earlier, &later], length);
+            self.shown = Some(later);
+        }
+    }
+}
+
 /// Moves the spool from one row to the next, in `count` exact steps of `stride`, each of `length` seconds. `input` is what acts
 /// at the row; where it is interpolated, it goes `straight` from that of one sample to that of the other.
 #[allow(
@@ -66,11 +117,11 @@ fn in_parts<R: Valued>(
     reason = "a closure is not always inlined, and only what is inlined is compiled for wide vectors"
 )]
 #[inline(always)]
-pub(in crate::evaluate) fn travel<R: Valued, D: Dynamics<R>>(
+pub(in crate::evaluate) fn travel<R: Valued, const N: usize, D: Dynamics<R>>(
     plant: &D,
     actuator: &Actuator<R>,
     stride: &Stride<R>,
-    state: &mut [R],
+    state: &mut [R; N],
     input: &Input<R>,
     (length, count): (f64, u32),
     straight: Option<[&Sample; 2]>,
@@ -85,7 +136,7 @@ pub(in crate::evaluate) fn travel<R: Valued, D: Dynamics<R>>(
                     Some(change / (length * f64::from(count)))
                 }
             };
-            let mut course = plant.unfiltered(state, input);
+            let mut course = Course::at(plant, state, input);
             for j in 0..count {
                 let now = match ramp {
                     None => input.command,
@@ -95,43 +146,37 @@ pub(in crate::evaluate) fn travel<R: Valued, D: Dynamics<R>>(
                     None => None,
                     Some(ramp) => Some(R::constant(ramp)),
                 };
+                let before = *state;
                 exact_step(actuator, stride, state, now, ramp);
-                if let Some(course) = &mut course {
-                    let end = match straight {
-                        None => *input,
-                        Some([from, to]) => {
-                            let share = f64::from(j + 1) / f64::from(count);
-                            Input::between(&from.input, &to.input, R::constant(share))
-                        }
-                    };
-                    follow(plant, state, course, &end, stride.length);
-                }
+                let Some(course) = &mut course else {
+                    continue;
+                };
+                let along;
+                let inputs = match straight {
+                    None => [input; 3],
+                    Some([from, to]) => {
+                        let half = 0.5 / f64::from(count);
+                        let middle = R::constant(f64::from(2 * j + 1) * half);
+                        let end = R::constant(f64::from(j + 1) / f64::from(count));
+                        along = [
+                            Input::between(&from.input, &to.input, middle),
+                            Input::between(&from.input, &to.input, end),
+                        ];
+                        [input, &along[0], &along[1]]
+                    }
+                };
+                course.follow(plant, actuator, &before, state, inputs, stride.length);
             }
         },
     );
 }
 
-/// What filters an output follows a step of `length` seconds to where `input` acts; `course` is how far it has come.
-#[inline(always)]
-fn follow<R: Real, D: Dynamics<R>>(
-    plant: &D,
-    state: &mut [R],
-    course: &mut Shown<R>,
-    input: &Input<R>,
-    length: R,
-) {
-    if let Some(later) = plant.unfiltered(state, input) {
-        plant.filter(state, [course, &later], length);
-        *course = later;
-    }
-}
-
 /// The same while held commands arrive late; the command of `input` is the one that acts at the row.
 #[inline(always)]
-pub(in crate::evaluate) fn travel_late<R: Valued, D: Dynamics<R>>(
+pub(in crate::evaluate) fn travel_late<R: Valued, const N: usize, D: Dynamics<R>>(
     plant: &D,
     actuator: &Actuator<R>,
-    state: &mut [R],
+    state: &mut [R; N],
     input: Input<R>,
     parts: (f64, u32),
     pieces: u32,
@@ -144,10 +189,10 @@ pub(in crate::evaluate) fn travel_late<R: Valued, D: Dynamics<R>>(
 }
 
 #[inline(always)]
-fn travel_late_inline<R: Valued, D: Dynamics<R>>(
+fn travel_late_inline<R: Valued, const N: usize, D: Dynamics<R>>(
     plant: &D,
     actuator: &Actuator<R>,
-    state: &mut [R],
+    state: &mut [R; N],
     mut input: Input<R>,
     (length, count): (f64, u32),
     pieces: u32,
@@ -156,7 +201,7 @@ fn travel_late_inline<R: Valued, D: Dynamics<R>>(
     let whole = R::constant(length);
     let mut begin = R::constant(0.0);
     let mut late = delayed.held();
-    let mut course = plant.unfiltered(state, &input);
+    let mut course = Course::at(plant, state, &input);
     for piece in 0..pieces as usize {
         let end = match piece + 1 == pieces as usize {
             true => whole,
@@ -168,9 +213,10 @@ fn travel_late_inline<R: Valued, D: Dynamics<R>>(
         }
         let stride = actuator.stride(end - begin);
         for _ in 0..count {
+            let before = *state;
             exact_step(actuator, &stride, state, input.command, None);
             if let Some(course) = &mut course {
-                follow(plant, state, course, &input, stride.length);
+                course.follow(plant, actuator, &before, state, [&input; 3], stride.length);
             }
         }
         begin = end;

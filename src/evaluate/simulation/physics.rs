@@ -1,5 +1,7 @@
 //! The functions of a structure that a time loop calls, traced: what the shader and the exports are written from.
 
+use crate::evaluate::simulation::exact_step::Course;
+use crate::model::actuator::Actuator;
 use crate::model::effects::Stage;
 use crate::model::exact_step::{Place, Stride};
 use crate::model::integrate::advance;
@@ -213,7 +215,7 @@ fn padded(values: [Traced; MOST_STATES], names: &[String]) -> Vec<Traced> {
     }
 }
 
-/// What a spool that moves in exact steps has besides, from `state` on: the steps, and the filters that follow them.
+/// What a spool that moves in exact steps has besides, from `state` on: the steps, and what follows them.
 fn of_exact_steps(
     trace: &Trace,
     structure: &Structure,
@@ -224,10 +226,10 @@ fn of_exact_steps(
     let names = structure.states();
     let [stride, exact_step, turn] = exact_steps_of(trace, structure, plant);
     let mut after = state_of("after", &names, trace);
-    let course = [(state, "start"), (&after, "end")]
-        .map(|(state, when)| plant.unfiltered(state, &input(trace, when)));
-    if let [Some(earlier), Some(later)] = &course {
-        plant.filter(&mut after, [earlier, later], step);
+    let inputs = ["start", "middle", "end"].map(|when| input(trace, when));
+    let actuator = actuator_of(structure, plant);
+    if let Some(mut course) = Course::at(plant, state, &inputs[0]) {
+        course.follow(plant, actuator, state, &mut after, inputs.each_ref(), step);
     }
     const STRIDE: (&str, Kind) = ("stride", Kind::Stride);
     const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];
@@ -257,6 +259,7 @@ fn of_exact_steps(
                 STATE,
                 ("after", Kind::State),
                 ("start", Kind::Input),
+                ("middle", Kind::Input),
                 ("end", Kind::Input),
                 ("step", Kind::Real),
             ],
@@ -280,6 +283,11 @@ fn state_of(argument: &str, names: &[String], trace: &Trace) -> [Traced; MOST_ST
     state
 }
 
+fn actuator_of<'a>(structure: &Structure, plant: &'a Plant<Traced>) -> &'a Actuator<Traced> {
+    let actuator = plant.exact_step::<MOST_STATES>(structure);
+    actuator.expect("a model that moves so")
+}
+
 /// The results of `stride_of`, `exact_step` and `turn`.
 fn exact_steps_of(trace: &Trace, structure: &Structure, plant: &Plant<Traced>) -> [Vec<Traced>; 3] {
     let [length, command, left, ramp] =
@@ -292,9 +300,7 @@ fn exact_steps_of(trace: &Trace, structure: &Structure, plant: &Plant<Traced>) -
         spool: trace.read("state.spool"),
     };
     let ramp = (structure.hold == Hold::Interpolated).then_some(ramp);
-    let actuator = plant
-        .exact_step::<MOST_STATES>(structure)
-        .expect("a model that moves so");
+    let actuator = actuator_of(structure, plant);
     let results =
         |(place, more): (Place<Traced>, Traced)| vec![place.integrator, place.spool, more];
     [

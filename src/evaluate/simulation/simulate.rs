@@ -57,7 +57,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
     let mut state: [R; N] = plant.initial(&input, &measured);
     let delay = plant.delay();
     let exact_steps = plant.exact_step::<N>(structure);
-    let long = !structure.filters();
+    let steps = structure.steps_of_an_exact_step();
     let mut stride = None;
     for (k, sample) in samples.iter().enumerate() {
         #[allow(
@@ -83,7 +83,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
         };
         match (delayed, exact_steps) {
             (Some(delayed), Some(actuator)) if D::DELAYS => {
-                let parts = sample.parts(long);
+                let parts = sample.parts(steps);
                 travel_late(
                     plant,
                     actuator,
@@ -99,7 +99,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
             }
             (Some(_), _) => unreachable!("nothing delays"),
             (None, Some(actuator)) => {
-                let parts = sample.parts(long);
+                let parts = sample.parts(steps);
                 let length = parts.0;
                 let known = match &stride {
                     Some((known, _)) => *known == length,

@@ -139,9 +139,10 @@ static void run(Model *model, Given first, double now, double begin, double end,
     for (j = 0; j < count; j++) {
         State before = model->state;
         one_exact_step(model, model->stride, from.command + ramp * (each * j), ramp);
-        if (FILTERED) {
+        if (FOLLOWED) {
+            Input half = INTERPOLATED ? between(from, to, (j + 0.5) / count) : from;
             Input then = INTERPOLATED ? between(from, to, (j + 1.0) / count) : from;
-            model->state = follow(model->plant, before, model->state, start, then, each);
+            model->state = follow(model->plant, before, model->state, start, half, then, each);
             start = then;
         }
     }
@@ -183,7 +184,7 @@ static int travel(Model *model, Input from, Input to, double now, double seconds
     if (fabs(step / model->step - 1.0) < JITTER)
         step = model->step;
     model->step = step;
-    if (EXACT_STEPS && !FILTERED) {
+    if (EXACT_STEPS && STEPS_OF_AN_EXACT_STEP > 1) {
         unsigned exact_steps = (count + STEPS_OF_AN_EXACT_STEP - 1) / STEPS_OF_AN_EXACT_STEP;
         step = step * count / exact_steps;
         count = exact_steps;

@@ -53,6 +53,11 @@ pub trait BaseModel: Send + Sync + 'static {
         false
     }
 
+    /// Whether a state is carried along by those that do: see [`Equations::carried`].
+    fn carries(&self, _setting: &Setting) -> bool {
+        false
+    }
+
     /// Numbers of its states that are shifted together where the spool is led along a measured one.
     fn led(&self) -> &'static [usize] {
         &[]
@@ -141,9 +146,15 @@ pub trait Equations<R: Real, P: Ports<R>> {
         R::constant(0.0)
     }
 
-    /// The actuator whose integrator and spool are the two states, where these are all that moves.
+    /// The actuator whose integrator and spool are the first two states, where these move by themselves.
     #[inline(always)]
     fn exact_step(&self, _ports: &P) -> Option<&Actuator<R>> {
         None
+    }
+
+    /// How fast the third state goes, where it follows the first two and acts on neither; zero where there is none.
+    #[inline(always)]
+    fn carried(&self, _ports: &P, _state: &[R], _input: &Input<R>) -> R {
+        R::constant(0.0)
     }
 }

@@ -53,10 +53,6 @@ pub struct Sample {
     pub step: f32,
     /// How many of them there are.
     pub substeps: u32,
-    /// Length of the exact steps to the next row, s.
-    pub exact_step: f32,
-    /// How many of them there are.
-    pub exact_steps: u32,
     /// Pieces into which late commands can cut the interval to the next row.
     pub pieces: u32,
     /// Weight of the row's squared errors.
@@ -101,6 +97,6 @@ pub struct Tone {
 
 // The sizes that the shader's arrays step by.
 const _: () = assert!(size_of::<Work>() == 24);
-const _: () = assert!(size_of::<Sample>() == 4 * (7 + INPUTS.len() + Output::ALL.len()));
+const _: () = assert!(size_of::<Sample>() == 4 * (5 + INPUTS.len() + Output::ALL.len()));
 const _: () = assert!(size_of::<Series>() == 12);
 const _: () = assert!(size_of::<Tone>() == 24);

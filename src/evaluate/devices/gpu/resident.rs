@@ -175,12 +175,9 @@ pub(super) fn rows_of(
 }
 
 fn row(sample: &Sample) -> layout::Sample {
-    let (exact_step, exact_steps) = sample.parts(true);
     layout::Sample {
         step: sample.step as f32,
         substeps: sample.substeps,
-        exact_step: exact_step as f32,
-        exact_steps,
         pieces: sample.pieces,
         weight: sample.weight as f32,
         input: sample.input.numbers().map(|value| value as f32),

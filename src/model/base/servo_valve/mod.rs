@@ -207,8 +207,12 @@ impl BaseModel for ServoValve {
         loop_rate.max(others)
     }
 
-    fn has_exact_step(&self, setting: &Setting) -> bool {
-        self.moves_a_spool() && !self.integrates_position(setting)
+    fn has_exact_step(&self, _setting: &Setting) -> bool {
+        self.moves_a_spool()
+    }
+
+    fn carries(&self, setting: &Setting) -> bool {
+        self.moves_a_spool() && self.integrates_position(setting)
     }
 
     fn led(&self) -> &'static [usize] {
@@ -707,5 +711,13 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
     #[inline(always)]
     fn exact_step(&self, _: &P) -> Option<&Actuator<R>> {
         self.actuator.as_ref()
+    }
+
+    #[inline(always)]
+    fn carried(&self, ports: &P, state: &[R], input: &Input<R>) -> R {
+        match self.piston_speed {
+            Some(speed) => speed * self.path(ports, state, input, true).load,
+            None => R::constant(0.0),
+        }
     }
 }

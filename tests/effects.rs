@@ -518,14 +518,14 @@ const TWINS: [Twin; 49] = [
         &[("hysteresis_feedback", 0.3)],
     ),
     (
-        "friction~windup=0.1",
+        "friction~windup=0.1:excess=0",
         "friction~windup",
         &[("friction_windup", 0.1)],
     ),
     (
-        "friction~windup=0.4",
+        "friction~windup=0.4:excess=0.2",
         "friction~windup",
-        &[("friction_windup", 0.4)],
+        &[("friction_windup", 0.4), ("stiction_windup", 0.2)],
     ),
     (
         "flow_force~windup=0.2",
@@ -706,6 +706,8 @@ fn on_the_rig(effects: &[&str], command: Command) -> Setup {
         noise: Noise::white(0.0),
         seconds: 3.0,
         command,
+        // It has a spool break away where a step begins.
+        step: 5e-6,
         ..Setup::default()
     }
 }

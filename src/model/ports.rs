@@ -77,23 +77,23 @@ pub trait Ports<R: Real> {
 
     /// The slip direction of a spool with this `drive`.
     #[inline(always)]
-    fn slip_direction(&self, _drive: R, motion: Motion<R>) -> R {
+    fn slip_direction(&self, _state: &[R], _drive: R, motion: Motion<R>) -> R {
         motion.slip_direction
     }
 
-    /// Integrator and spool at the end of a step that `began` so and ended with this `drive`, where the spool then
+    /// Integrator and spool at the end of a step that `began` so and `ended` with these and this `drive`, where the spool then
     /// `rests` so.
     #[inline(always)]
     fn end_step(
         &self,
-        integrator: R,
-        spool: R,
+        _state: &mut [R],
+        ended: (R, R),
         _drive: R,
         _began: &Motion<R>,
         _rests: &Motion<R>,
         _step: R,
     ) -> (R, R) {
-        (integrator, spool)
+        ended
     }
 
     /// Where a spool is that the integration has at `spool`, moving at `speed`.
@@ -321,10 +321,11 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     #[inline(always)]
-    fn slip_direction(&self, drive: R, motion: Motion<R>) -> R {
+    fn slip_direction(&self, state: &[R], drive: R, motion: Motion<R>) -> R {
         let (mut drive, mut motion) = (drive, motion);
         for effect in &self.effects {
-            motion.slip_direction = effect.action.slip_direction(drive, &motion);
+            let own = &state[effect.states.clone()];
+            motion.slip_direction = effect.action.slip_direction(own, drive, &motion);
             drive = effect.action.drive(drive, &motion);
         }
         motion.slip_direction
@@ -333,18 +334,20 @@ impl<R: Real> Ports<R> for Attached<R> {
     #[inline(always)]
     fn end_step(
         &self,
-        integrator: R,
-        spool: R,
+        state: &mut [R],
+        ended: (R, R),
         drive: R,
         began: &Motion<R>,
         rests: &Motion<R>,
         step: R,
     ) -> (R, R) {
-        let (mut integrator, mut spool, mut drive) = (integrator, spool, drive);
+        let (mut integrator, mut spool) = ended;
+        let mut drive = drive;
         for effect in &self.effects {
+            let own = &mut state[effect.states.clone()];
             (integrator, spool) = effect
                 .action
-                .end_step(integrator, spool, drive, began, step);
+                .end_step(own, integrator, spool, drive, began, step);
             drive = effect.action.drive(drive, rests);
         }
         (integrator, spool)

@@ -154,16 +154,24 @@ pub trait Act<R: Real> {
         false
     }
 
-    /// The slip_direction of a spool that has this `drive` when an integration step begins.
+    /// The slip direction of a spool that has this `drive` when an integration step begins.
     #[inline(always)]
-    fn slip_direction(&self, _drive: R, motion: &Motion<R>) -> R {
+    fn slip_direction(&self, _own: &[R], _drive: R, motion: &Motion<R>) -> R {
         motion.slip_direction
     }
 
     /// Where the integrator (z, which leads the spool) and the spool are after an integration step of `step` seconds that
-    /// ended with these and this `drive`; `start` is the motion at its start.
+    /// ended with these and this `drive`; `start` is the motion at its start. `own` can remember how it ended.
     #[inline(always)]
-    fn end_step(&self, lead: R, spool: R, _drive: R, _start: &Motion<R>, _step: R) -> (R, R) {
+    fn end_step(
+        &self,
+        _own: &mut [R],
+        lead: R,
+        spool: R,
+        _drive: R,
+        _start: &Motion<R>,
+        _step: R,
+    ) -> (R, R) {
         (lead, spool)
     }
 

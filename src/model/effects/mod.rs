@@ -98,12 +98,12 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => Act::<R>::sticks(effect),)* Self::Own(users) => users.0.sticks() }
             }
             #[inline(always)]
-            fn slip_direction(&self, drive: R, motion: &Motion<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.slip_direction(drive, motion),)* Self::Own(users) => users.0.slip_direction(drive, motion) }
+            fn slip_direction(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.slip_direction(own, drive, motion),)* Self::Own(users) => users.0.slip_direction(own, drive, motion) }
             }
             #[inline(always)]
-            fn end_step(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
-                match self { $(Self::$Type(effect) => effect.end_step(lead, spool, drive, start, step),)* Self::Own(users) => users.0.end_step(lead, spool, drive, start, step) }
+            fn end_step(&self, own: &mut [R], lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+                match self { $(Self::$Type(effect) => effect.end_step(own, lead, spool, drive, start, step),)* Self::Own(users) => users.0.end_step(own, lead, spool, drive, start, step) }
             }
             #[inline(always)]
             fn place(&self, spool: R, speed: R) -> R {

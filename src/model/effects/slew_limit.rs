@@ -67,7 +67,15 @@ impl<R: Real> Act<R> for SlewLimit<R> {
     }
 
     #[inline(always)]
-    fn end_step(&self, lead: R, spool: R, _drive: R, start: &Motion<R>, _step: R) -> (R, R) {
+    fn end_step(
+        &self,
+        _: &mut [R],
+        lead: R,
+        spool: R,
+        _drive: R,
+        start: &Motion<R>,
+        _step: R,
+    ) -> (R, R) {
         // The speed is a state: the lead z = x + T v has no more of it than the spool, so that nothing winds up.
         let most = self.limit * start.time_constant;
         (lead.clamp(spool - most, spool + most), spool)
@@ -359,9 +367,12 @@ mod tests {
             [-150.0, 50.0].map(|v| effect.speed(v, &START)),
             [-100.0, 50.0]
         );
-        let (lead, spool) = effect.end_step(2.0, 1.0, 0.0, &START, 1e-4);
+        let (lead, spool) = effect.end_step(&mut [], 2.0, 1.0, 0.0, &START, 1e-4);
         assert!((lead - 1.3).abs() < 1e-12 && spool == 1.0);
-        assert_eq!(effect.end_step(1.2, 1.0, 0.0, &START, 1e-4), (1.2, 1.0));
+        assert_eq!(
+            effect.end_step(&mut [], 1.2, 1.0, 0.0, &START, 1e-4),
+            (1.2, 1.0)
+        );
     }
 
     #[test]
@@ -408,6 +419,9 @@ mod tests {
             [-150.0, 50.0].map(|v| effect.speed(v, &START)),
             [-100.0, 50.0]
         );
-        assert_eq!(effect.end_step(2.0, 1.0, 0.0, &START, 1e-4), (2.0, 1.0));
+        assert_eq!(
+            effect.end_step(&mut [], 2.0, 1.0, 0.0, &START, 1e-4),
+            (2.0, 1.0)
+        );
     }
 }

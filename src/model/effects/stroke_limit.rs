@@ -60,7 +60,15 @@ impl<R: Real> Act<R> for StrokeLimit<R> {
     }
 
     #[inline(always)]
-    fn end_step(&self, lead: R, spool: R, drive: R, start: &Motion<R>, step: R) -> (R, R) {
+    fn end_step(
+        &self,
+        _: &mut [R],
+        lead: R,
+        spool: R,
+        drive: R,
+        start: &Motion<R>,
+        step: R,
+    ) -> (R, R) {
         // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back.
         let zero = R::constant(0.0);
         let (above, below) = (spool - self.limit, -self.limit - spool);
@@ -131,7 +139,15 @@ impl<R: Real> Act<R> for StrokeLimitBehind<R> {
     }
 
     #[inline(always)]
-    fn end_step(&self, lead: R, spool: R, _drive: R, _start: &Motion<R>, _step: R) -> (R, R) {
+    fn end_step(
+        &self,
+        _: &mut [R],
+        lead: R,
+        spool: R,
+        _drive: R,
+        _start: &Motion<R>,
+        _step: R,
+    ) -> (R, R) {
         (lead, spool.clamp(-self.limit, self.limit))
     }
 }
@@ -293,11 +309,17 @@ mod tests {
         let effect: StrokeLimit<f64> = StrokeLimit::new(|| values.next().unwrap());
         let start = at(1.0);
         // Pushed on it stays; pulled back by 100 V/s for half the step it leaves.
-        assert_eq!(effect.end_step(4.0, 2.0, 50.0, &start, 1e-3), (1.5, 1.5));
-        let (lead, spool) = effect.end_step(4.0, 2.0, -100.0, &start, 1e-3);
+        assert_eq!(
+            effect.end_step(&mut [], 4.0, 2.0, 50.0, &start, 1e-3),
+            (1.5, 1.5)
+        );
+        let (lead, spool) = effect.end_step(&mut [], 4.0, 2.0, -100.0, &start, 1e-3);
         let expected = 1.5 - 0.5 * 0.05 * 5e-4 / 0.003;
         assert!((spool - expected).abs() < 1e-12 && (lead - spool + 0.05).abs() < 1e-12);
-        assert_eq!(effect.end_step(1.2, 1.4, 50.0, &start, 1e-3), (1.2, 1.4));
+        assert_eq!(
+            effect.end_step(&mut [], 1.2, 1.4, 50.0, &start, 1e-3),
+            (1.2, 1.4)
+        );
     }
 
     #[test]
@@ -316,7 +338,10 @@ mod tests {
             [1.0, 2.0, -2.0].map(|x| effect.place(x, 90.0)),
             [1.0, 1.5, -1.5]
         );
-        assert_eq!(effect.end_step(4.0, 2.0, 50.0, &at(1.4), 1e-3), (4.0, 2.0));
+        assert_eq!(
+            effect.end_step(&mut [], 4.0, 2.0, 50.0, &at(1.4), 1e-3),
+            (4.0, 2.0)
+        );
     }
 
     #[test]
@@ -329,6 +354,9 @@ mod tests {
             [0.0, -50.0, 50.0]
         );
         assert_eq!([speed(-50.0, -1.5), speed(50.0, -1.5)], [0.0, 50.0]);
-        assert_eq!(effect.end_step(4.0, 2.0, 50.0, &at(1.4), 1e-3), (4.0, 1.5));
+        assert_eq!(
+            effect.end_step(&mut [], 4.0, 2.0, 50.0, &at(1.4), 1e-3),
+            (4.0, 1.5)
+        );
     }
 }

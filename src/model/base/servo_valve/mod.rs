@@ -660,7 +660,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                     let stage = Stage::first(input.command);
                     let (drive, speed) = rates(ports, actuator, state, input, &stage);
                     let motion = motion(actuator, state[SPOOL], speed, load, zero);
-                    ports.slip_direction(drive, motion)
+                    ports.slip_direction(state, drive, motion)
                 },
             ),
             _ => zero,
@@ -695,8 +695,9 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         let later = self.load_that_is_felt(ports, state, end);
         let began = motion(actuator, before[SPOOL], speed, earlier, slip_direction);
         let rests = motion(actuator, state[SPOOL], zero, later, zero);
+        let ended = (state[INTEGRATOR], state[SPOOL]);
         (state[INTEGRATOR], state[SPOOL]) =
-            ports.end_step(state[INTEGRATOR], state[SPOOL], drive, &began, &rests, step);
+            ports.end_step(state, ended, drive, &began, &rests, step);
         ports.remember(state, end.command, state[SPOOL], &stage);
     }
 

@@ -110,12 +110,26 @@ if [ "${SERVOBEE_MPI:-}" = 1 ] && wanted MPI; then
     export SERVOBEE_MPI_PROGRAM=$PWD/target/mpi/servobee
 fi
 
+# The Python package as a user installs it; it shares what is compiled. Much of it waits for processes: beside the other tests.
+python_package() {
+    CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target} target/python/bin/pip install -q --disable-pip-version-check \
+        --force-reinstall --no-deps ./python &&
+        target/python/bin/python -m pytest -q -rs python/tests ||
+        { echo 'run.sh: the Python package does not install or fails its tests' >&2 && return 1; }
+}
+python_log=$(mktemp)
+python_tests=
+if [ "${#tests[@]}" -eq 0 ] && wanted PYTHON; then
+    python_package > "$python_log" 2>&1 &
+    python_tests=$!
+fi
+
 # What users run. With the whole workspace each time, so that all of it, the Python package too, has the same features of every
 # crate and is compiled once. Each test binary prints what it skips; --no-fail-fast shows every failure at once.
 # Many wait for programs that they have started: two tests for each core.
 export RUST_TEST_THREADS=${RUST_TEST_THREADS:-$((2 * $(nproc 2> /dev/null || echo 2)))}
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+trap 'rm -f "$log" "$python_log"; [ -z "$python_tests" ] || kill "$python_tests" 2> /dev/null || true' EXIT
 status=0
 cargo test --release --locked --workspace --no-fail-fast "${tests[@]}" -- --show-output ${tests:+"${QUICK[@]/%/::}"} 2>&1 |
     tee "$log" || status=$?
@@ -151,14 +165,9 @@ if [ "$(sed -n '/^\[profile\.release/,/^$/p' Cargo.toml)" != $'[profile.release]
     status=1
 fi
 
-# The Python package as a user installs it; it shares what is compiled.
-if wanted PYTHON; then
-    { CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target} target/python/bin/pip install -q --disable-pip-version-check \
-        --force-reinstall --no-deps ./python &&
-        target/python/bin/python -m pytest -q -rs python/tests 2>&1 | tee -a "$log"; } || {
-        echo 'run.sh: the Python package does not install or fails its tests' | tee -a "$log" >&2
-        status=1
-    }
+if [ -n "$python_tests" ]; then
+    wait "$python_tests" || status=1
+    tee -a "$log" < "$python_log"
 else
     echo 'SKIPPED: SERVOBEE_SKIP_PYTHON=1: the Python package was not tested' | tee -a "$log"
 fi

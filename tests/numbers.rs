@@ -89,10 +89,11 @@ fn inside_the_bounds_nothing_breaks() {
     assert!(candidates > 2500);
 }
 
-/// A piston that moves fast between rows far apart, measured with noise, and cut into steps that suit `rate` (1/s).
+/// A piston that moves fast between rows far apart, measured with noise, and cut into steps that suit `rate` (1/s). A flow force
+/// acts on the spool, so that these are integration steps.
 fn far_apart(rate: f64) -> servobee::Result<Identified> {
-    let structure = piston();
-    let parameters = near_bounds(&structure, &BASE);
+    let structure = piston().with("flow_force".parse().expect("an effect"));
+    let parameters = near_bounds(&structure, &[&BASE[..], &[("flow_force", 0.1)]].concat());
     let record = Record::new(400, 8e-3, 8.0);
     let exact = common::problem(structure.clone(), parameters.clone(), vec![record]);
     let Data::Series(records) = &*exact.data else {

@@ -706,8 +706,6 @@ fn on_the_rig(effects: &[&str], command: Command) -> Setup {
         noise: Noise::white(0.0),
         seconds: 3.0,
         command,
-        // It has a spool break away where a step begins.
-        step: 5e-6,
         ..Setup::default()
     }
 }
@@ -721,7 +719,12 @@ fn the_rig_shows_the_same() {
     assert_eq!(named.len(), CATALOGUE.len());
     let mut worst = (0.0, "");
     for (planted, effect, values) in TWINS {
-        let (top, rms) = off_the_rig(&on_the_rig(&[planted], Command::Bench), &[(effect, values)]);
+        let mut setup = on_the_rig(&[planted], Command::Bench);
+        if effect == "friction~windup" {
+            // There a spool breaks away where a step begins.
+            setup.step = 5e-6;
+        }
+        let (top, rms) = off_the_rig(&setup, &[(effect, values)]);
         println!("{top:.1e} (rms {rms:.1e}) {planted}");
         if top > worst.0 {
             worst = (top, planted);

@@ -352,11 +352,12 @@ fn frequency_responses_follow_the_independent_solutions() {
     }
 }
 
-/// The errors of 3000 candidates that are drawn from the whole bounds, the smallest first: of `output` at any row, over its
+/// The errors of `count` candidates that are drawn from the whole bounds, the smallest first: of `output` at any row, over its
 /// largest value.
 fn errors_inside_the_bounds(
     structure: &Structure,
     output: Output,
+    count: usize,
     (rows, interval): (usize, f64),
 ) -> Vec<f64> {
     let records = vec![Record::new(rows, interval, 10.0)];
@@ -373,7 +374,7 @@ fn errors_inside_the_bounds(
         });
         error(coarse, &fine)
     };
-    let mut errors: Vec<f64> = random(&problem, 3000, 8).iter().map(error_of).collect();
+    let mut errors: Vec<f64> = random(&problem, count, 8).iter().map(error_of).collect();
     errors.sort_by(f64::total_cmp);
     errors
 }
@@ -394,8 +395,8 @@ fn every_position_inside_the_bounds_is_integrated() {
             hold,
             ..structure.clone()
         };
-        let errors = errors_inside_the_bounds(&structure, Output::Position, at);
-        let found = [errors[1500], errors[2970], errors[2999]];
+        let errors = errors_inside_the_bounds(&structure, Output::Position, 600, at);
+        let found = [errors[300], errors[594], errors[599]];
         println!(
             "{hold:?}, {at:?}: half, 99 % and all below {}",
             text(&found)
@@ -418,7 +419,7 @@ fn every_candidate_inside_the_bounds_is_exact() {
             hold,
             ..structure.clone()
         };
-        let errors = errors_inside_the_bounds(&structure, Output::Spool, (rows, interval));
+        let errors = errors_inside_the_bounds(&structure, Output::Spool, 3000, (rows, interval));
         println!(
             "every {interval} s, {hold:?}: median {:.1e}, 90 % below {:.1e}, 99 % below {:.1e}, worst {:.1e} of the largest",
             errors[1500], errors[2700], errors[2970], errors[2999]

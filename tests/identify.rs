@@ -3,7 +3,7 @@
 use crate::program;
 use crate::program::{
     bench, columns, has_gpu, json, measured, names, off, printed, refused, rms, servobee,
-    servobee_with, soak, value,
+    servobee_with, soak, value, whole_bench,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -132,7 +132,7 @@ fn the_base_model_leaves_far_more_than_noise_and_the_report_says_so() {
 
 #[test]
 fn the_residual_file_holds_every_row_and_the_errors_of_the_report() {
-    let folder = bench();
+    let folder = whole_bench();
     let report = report(folder.path(), &["bench.csv"]);
     let path = folder.path().join("out/residual.csv");
     let text = read_to_string(&path).unwrap();
@@ -1029,7 +1029,7 @@ fn the_name_of_a_record_does_not_shift_the_columns_of_the_residual_file() {
 
 #[test]
 fn the_report_says_what_it_was_made_from_and_by_what() {
-    let folder = bench();
+    let folder = whole_bench();
     write(folder.path().join("half.csv"), program::excerpt(1500)).unwrap();
     write(
         folder.path().join("model.toml"),

@@ -5,7 +5,7 @@
 #![cfg(unix)]
 
 use crate::program;
-use crate::program::{IDENTIFY, json, names, refused, servobee, soak};
+use crate::program::{IDENTIFY, bench, json, names, refused, servobee, soak};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, identify};
@@ -33,16 +33,6 @@ const DATASHEET: &[&str] = &[
     "--out",
     "out",
 ];
-
-/// A folder with a third of the test bench's record: whatever a run finds in it, it goes on to the same.
-fn bench() -> TempDir {
-    let folder = program::bench();
-    let path = folder.path().join("bench.csv");
-    let text = String::from_utf8(read(&path).unwrap()).unwrap();
-    let rows: Vec<&str> = text.lines().take(2001).collect();
-    write(path, rows.join("\n")).unwrap();
-    folder
-}
 
 /// Starts the program in `folder`, with signals as a terminal would have them.
 fn start(folder: &Path, call: &[&str], more: &[&str]) -> Child {

@@ -1,6 +1,6 @@
 //! The way from records to a page, as a program of a user's own goes it.
 
-use crate::program::{BENCH, bench, printed, servobee};
+use crate::program::{BENCH, printed, servobee, whole_bench};
 use serde_json::Value;
 use servobee::Session;
 use servobee::diagnose::Cut;
@@ -29,7 +29,7 @@ fn lasting(text: &str) -> Value {
 
 #[test]
 fn a_session_and_the_command_come_to_the_same_report() {
-    let folder = bench();
+    let folder = whole_bench();
     let json = printed(&servobee(
         folder.path(),
         &[

@@ -210,6 +210,10 @@ impl Structure {
         filters.filter_map(|effect| effect.output)
     }
 
+    fn filters(&self) -> bool {
+        self.filtered().next().is_some()
+    }
+
     /// Whether exact steps of the spool carry a state along.
     pub(super) fn carries(&self) -> bool {
         each_base!(Base, &self.base, base => base.carries(&self.setting()))
@@ -217,13 +221,13 @@ impl Structure {
 
     /// Whether exact steps of the spool are followed by what filters an output, or by a state that they carry along.
     pub fn has_followers(&self) -> bool {
-        self.carries() || self.filtered().next().is_some()
+        self.carries() || self.filters()
     }
 
     /// How many steps of [`integrate`](super::integrate) an exact step of the spool takes the place of, at most: what follows it
     /// needs it shorter.
     pub fn steps_of_an_exact_step(&self) -> u32 {
-        if self.filtered().next().is_some() {
+        if self.filters() {
             1
         } else if self.carries() {
             STEPS_OF_A_CARRYING_STEP

@@ -31,7 +31,7 @@ pub(crate) fn whole_bench() -> TempDir {
     folder
 }
 
-/// A folder with the first third of it, in which everything is found that is in the whole, and sooner.
+/// A folder with the first third of it, for tests that ask for none of its numbers.
 pub(crate) fn bench() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let text = read_to_string(BENCH).unwrap();

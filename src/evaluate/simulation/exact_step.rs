@@ -78,20 +78,20 @@ impl<R: Real> Course<R> {
         }
     }
 
-    /// Follows a step of `length` seconds from `before` to `state`. The inputs are those at its start, middle and end.
+    /// Follows a step of `length` seconds from `before` to `state`. The inputs are those at its middle and its end.
     #[inline(always)]
     pub(super) fn follow<const N: usize, D: Dynamics<R>>(
         &mut self,
         plant: &D,
         actuator: &Actuator<R>,
-        before: &[R; N],
+        before: Place<R>,
         state: &mut [R; N],
-        [_, half, end]: [&Input<R>; 3],
+        [half, end]: [&Input<R>; 2],
         length: R,
     ) {
         if let Some(began) = self.speed {
-            let between = actuator.middle([Place::of(before), Place::of(state)], length);
-            let mut middle = *before;
+            let between = actuator.middle([before, Place::of(state)], length);
+            let mut middle = *state;
             (middle[0], middle[1]) = (between.integrator, between.spool);
             if let Some(passes) = plant.carried(&middle, half)
                 && let Some(ends) = plant.carried(state, end)
@@ -146,14 +146,14 @@ pub(in crate::evaluate) fn travel<R: Valued, const N: usize, D: Dynamics<R>>(
                     None => None,
                     Some(ramp) => Some(R::constant(ramp)),
                 };
-                let before = *state;
+                let before = Place::of(state);
                 exact_step(actuator, stride, state, now, ramp);
                 let Some(course) = &mut course else {
                     continue;
                 };
                 let along;
                 let inputs = match straight {
-                    None => [input; 3],
+                    None => [input; 2],
                     Some([from, to]) => {
                         let half = 0.5 / f64::from(count);
                         let middle = R::constant(f64::from(2 * j + 1) * half);
@@ -162,10 +162,10 @@ pub(in crate::evaluate) fn travel<R: Valued, const N: usize, D: Dynamics<R>>(
                             Input::between(&from.input, &to.input, middle),
                             Input::between(&from.input, &to.input, end),
                         ];
-                        [input, &along[0], &along[1]]
+                        [&along[0], &along[1]]
                     }
                 };
-                course.follow(plant, actuator, &before, state, inputs, stride.length);
+                course.follow(plant, actuator, before, state, inputs, stride.length);
             }
         },
     );
@@ -213,10 +213,10 @@ fn travel_late_inline<R: Valued, const N: usize, D: Dynamics<R>>(
         }
         let stride = actuator.stride(end - begin);
         for _ in 0..count {
-            let before = *state;
+            let before = Place::of(state);
             exact_step(actuator, &stride, state, input.command, None);
             if let Some(course) = &mut course {
-                course.follow(plant, actuator, &before, state, [&input; 3], stride.length);
+                course.follow(plant, actuator, before, state, [&input; 2], stride.length);
             }
         }
         begin = end;

@@ -226,10 +226,11 @@ fn of_exact_steps(
     let names = structure.states();
     let [stride, exact_step, turn] = exact_steps_of(trace, structure, plant);
     let mut after = state_of("after", &names, trace);
-    let inputs = ["start", "middle", "end"].map(|when| input(trace, when));
+    let [start, middle, end] = ["start", "middle", "end"].map(|when| input(trace, when));
     let actuator = actuator_of(structure, plant);
-    if let Some(mut course) = Course::at(plant, state, &inputs[0]) {
-        course.follow(plant, actuator, state, &mut after, inputs.each_ref(), step);
+    if let Some(mut course) = Course::at(plant, state, &start) {
+        let before = Place::of(state);
+        course.follow(plant, actuator, before, &mut after, [&middle, &end], step);
     }
     const STRIDE: (&str, Kind) = ("stride", Kind::Stride);
     const RUNS: [(&str, Kind); 2] = [("command", Kind::Real), ("ramp", Kind::Real)];

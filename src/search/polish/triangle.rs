@@ -13,6 +13,7 @@ const BLOCK: usize = 256;
 /// (Golub and Van Loan, Matrix Computations, updating QR; Lawson and Hanson 1974, sequential accumulation.)
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Triangle {
+    #[serde(with = "square")]
     augmented: DMatrix<f64>,
     rows: usize,
 }
@@ -109,6 +110,31 @@ fn fold(block: DMatrix<f64>) -> DMatrix<f64> {
     QR::new(block).unpack_r().resize_vertically(height, 0.0)
 }
 
+/// A square matrix as its numbers, column by column: nalgebra's own would need its feature std, and with that vectors of
+/// its own to compile.
+mod square {
+    use nalgebra::DMatrix;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+    pub(super) fn serialize<S: Serializer>(
+        matrix: &DMatrix<f64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        matrix.as_slice().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<DMatrix<f64>, D::Error> {
+        let numbers = Vec::deserialize(deserializer)?;
+        let width = numbers.len().isqrt();
+        if width == 0 || width * width != numbers.len() {
+            return Err(de::Error::custom("not a square matrix"));
+        }
+        Ok(DMatrix::from_vec(width, width, numbers))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -132,6 +158,21 @@ mod tests {
         assert!((triangle.r().tr_mul(&triangle.r()) - matrix.tr_mul(&matrix)).amax() < 1e-10);
         assert!((triangle.gradient() - matrix.tr_mul(&residual)).amax() < 1e-10);
         assert!((0..3).all(|j| (0..j).all(|k| triangle.r()[(j, k)] == 0.0)));
+    }
+
+    #[test]
+    fn a_triangle_is_written_and_read_again_and_one_cut_short_is_refused() {
+        let triangle = Triangle::gather(2, |row| {
+            row(0.1, &[1.0, 2.0 / 3.0]);
+            row(-0.3, &[0.5, 4.0]);
+            true
+        });
+        let mut written = serde_json::to_value(&triangle).unwrap();
+        let read: Option<Triangle> = serde_json::from_value(written.clone()).unwrap();
+        assert_eq!(read, triangle);
+        written["augmented"].as_array_mut().unwrap().pop();
+        let error = serde_json::from_value::<Triangle>(written).unwrap_err();
+        assert!(error.to_string().contains("not a square matrix"), "{error}");
     }
 
     #[test]

@@ -21,6 +21,9 @@ const BEYOND: f64 = 0.1;
 /// single-precision logs do not store it.
 pub(super) const SMALLEST_NOISE: f64 = 6e-8;
 
+/// The integrator may err by this fraction of a channel's deviation, or by its noise: more excuses no model.
+pub(super) const TOLERATED: f64 = 1e-4;
+
 /// Seed of what a verdict compares with chance: the same for every run, so that the seed of the search decides no verdict.
 pub(super) const CHANCE: u64 = 1;
 
@@ -202,8 +205,14 @@ impl Fitted {
     /// An error of an output that says nothing of the model: the integrator's own, or what no file resolves.
     pub(super) fn least_error(&self, output: Output) -> f64 {
         let range = variance(records(&self.problem), output).sqrt();
-        self.integration_error[output.name()].max(SMALLEST_NOISE * range)
+        excused(self.integration_error[output.name()], range)
     }
+}
+
+/// What of an error in a channel of this `range` is no model's, where halving the integration steps changes it by as much as
+/// `change`. A model whose motion depends on the steps by more than is tolerated follows nothing by that.
+fn excused(change: f64, range: f64) -> f64 {
+    change.clamp(SMALLEST_NOISE * range, TOLERATED * range)
 }
 
 /// The largest of what the error of each of `observed` is at least over its `floor`, with 97.5 % confidence.
@@ -298,4 +307,16 @@ pub(super) fn variance(records: &[Series], output: Output) -> f64 {
     let mean = values().sum::<f64>() / count;
     let variance = values().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
     if variance > 0.0 { variance } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_integrator_that_errs_by_volts_excuses_nothing() {
+        assert_eq!(excused(2.785, 5.0), TOLERATED * 5.0);
+        assert_eq!(excused(1e-5, 5.0), 1e-5);
+        assert_eq!(excused(0.0, 5.0), SMALLEST_NOISE * 5.0);
+    }
 }

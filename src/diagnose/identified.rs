@@ -1,7 +1,7 @@
 //! The result of a diagnosis.
 
 use super::attribution::{Added, Considered};
-use super::fitted::{Fitted, variance};
+use super::fitted::{Fitted, TOLERATED, variance};
 use super::free_form::FoundForm;
 use super::hold::Between;
 use super::located::Located;
@@ -16,9 +16,6 @@ use crate::model::effects::{CATALOGUE, Effect};
 use crate::search::Fit;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
-
-/// The integrator may err by this fraction of a channel's deviation, or by its noise, before its figures are refused.
-const TOLERATED: f64 = 1e-4;
 
 /// Causes that are told where none fits.
 const NEAREST: usize = 3;

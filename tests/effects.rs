@@ -89,6 +89,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "slew_limit~windup",
         "slew_limit~command",
         "hysteresis~feedback",
+        "feedback_curvature",
         "friction~windup",
         "flow_force~windup",
         "stroke_limit~windup",
@@ -103,9 +104,11 @@ fn the_catalogue_is_that_of_the_reference() {
         "overlap",
         "overlap~rounded",
         "overlap~edges",
+        "overlap~clearance",
         "asymmetric_gain",
         "gain_curvature",
         "gain_curvature~knee",
+        "gain_curvature~shaped",
         "flow_saturation",
         "leakage",
         "supply_droop",
@@ -476,7 +479,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 49] = [
+const TWINS: [Twin; 52] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -511,6 +514,11 @@ const TWINS: [Twin; 49] = [
         "slew_limit~command=150",
         "slew_limit~command",
         &[("ramp_time", 10.0 / 150.0)],
+    ),
+    (
+        "feedback_curvature=-0.8:square=0.3",
+        "feedback_curvature",
+        &[("feedback_cubic", -0.8), ("feedback_square", 0.3)],
     ),
     (
         "hysteresis~feedback=0.3",
@@ -562,6 +570,16 @@ const TWINS: [Twin; 49] = [
         "overlap~edges=6:negative=2",
         "overlap~edges",
         &[("overlap_positive", 6.0), ("overlap_negative", 2.0)],
+    ),
+    (
+        "overlap~clearance=6:clearance=3",
+        "overlap~clearance",
+        &[("overlap_beside_clearance", 6.0), ("radial_clearance", 3.0)],
+    ),
+    (
+        "gain_curvature~shaped=-0.2:fifth=0.1",
+        "gain_curvature~shaped",
+        &[("cubic_share", -0.2), ("quintic_share", 0.1)],
     ),
     (
         "gain_curvature~knee=0.3:at=35",

@@ -203,7 +203,7 @@ CAUSES = {
     "amplifier that clamps": Cause(CLAMP, ("stroke_limit",), 5, 7),
     "null bias": Cause(BIAS, ("null_bias",), 0.1, 0.4),
     "dead band that jumps": Cause(JUMP, (), 0.2, 0.5),
-    "cubic transducer in the loop": Cause(CUBIC, (), 0.05, 0.15),
+    "cubic transducer in the loop": Cause(CUBIC, ("feedback_curvature",), 0.05, 0.15),
     "overlap": Cause(LAPPED, ("overlap",), 0.1, 0.5),
     "overlap of one edge": Cause(ONE_EDGE, ("overlap",), 0.2, 0.6),
     "rounded overlap": Cause(ROUND_EDGES, ("overlap",), 0.2, 0.6),

@@ -259,7 +259,7 @@ impl<R: Real> Ports<R> for Attached<R> {
     fn reference(&self, state: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
         let mut reference = command;
         for effect in &self.effects {
-            if effect.is_inner() {
+            if effect.output.is_none() {
                 let own = &state[effect.states.clone()];
                 reference = effect.action.reference(own, reference, spool, stage);
             }
@@ -271,7 +271,7 @@ impl<R: Real> Ports<R> for Attached<R> {
     fn remember(&self, state: &mut [R], command: R, spool: R, stage: &Stage<R>) {
         let mut command = command;
         for effect in &self.effects {
-            if effect.is_inner() {
+            if effect.output.is_none() {
                 let own = &mut state[effect.states.clone()];
                 let reference = effect.action.reference(own, command, spool, stage);
                 effect.action.remember(own, command, spool, stage);

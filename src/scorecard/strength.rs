@@ -128,6 +128,7 @@ impl Open {
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),
             Kind::FeedForward => Dial::rising(0.003, 0.1),
+            Kind::FeedbackCurvature => Dial::rising(0.2, 1.5).signed(rng),
             Kind::SlewLimit => Dial::limit(2.0 * speed, 0.7 * speed, 0.05 * speed),
             Kind::Friction => Dial::rising(0.1, 0.8 * valve.saturation.min(3.0)),
             Kind::FlowForce => Dial::rising(0.1, 0.9),

@@ -98,12 +98,16 @@ struct Opening {
     overlap_negative: f64,
     /// The same with edges rounded over this width: h = ½ (x − δ + √((x − δ)² + w²)) + ½ (x + δ − √((x + δ)² + w²)).
     rounding: Option<f64>,
+    /// The same with edges rounded by this clearance: h = sign(x) (√(max(|x| − δ, 0)² + c²) − c).
+    clearance: Option<f64>,
     /// h (1 + a sign(h)).
     asymmetry: f64,
     /// h + c h (|h| − 1).
     curvature: f64,
     /// h − c clip(h, ±k).
     knee: Option<(f64, f64)>,
+    /// h + c (h³ − h) + d (h⁵ − h).
+    shape: Option<(f64, f64)>,
     /// |h| ≤ s.
     saturation: f64,
 }
@@ -112,17 +116,22 @@ impl Opening {
     fn planted(planted: &[Planted]) -> Self {
         let rounded = find(planted, Kind::Overlap, Form::Rounded);
         let edges = find(planted, Kind::Overlap, Form::Edges);
+        let clearance = find(planted, Kind::Overlap, Form::Clearance);
         let overlap = rounded
             .or(edges)
+            .or(clearance)
             .map_or(value(planted, Kind::Overlap), |p| p.value);
         let negative = edges.map_or(overlap, |p| p.key("negative").unwrap_or(0.0));
         let knee = find(planted, Kind::GainCurvature, Form::Knee);
+        let shape = find(planted, Kind::GainCurvature, Form::Shaped);
         let width = |p: &Planted| p.key("width").unwrap_or(0.5 * p.value);
         Self {
             overlap: overlap / 100.0,
             overlap_negative: negative / 100.0,
             knee: knee.map(|p| (p.value, p.key("at").unwrap_or(40.0) / 100.0)),
+            shape: shape.map(|p| (p.value, p.key("fifth").unwrap_or(0.0))),
             rounding: rounded.map(|p| width(p) / 100.0),
+            clearance: clearance.map(|p| p.key("clearance").unwrap_or(2.0) / 100.0),
             asymmetry: value(planted, Kind::AsymmetricGain),
             curvature: value(planted, Kind::GainCurvature),
             saturation: find(planted, Kind::FlowSaturation, Form::Usual)
@@ -131,12 +140,16 @@ impl Opening {
     }
 
     fn at(&self, x: f64) -> f64 {
-        let h = match self.rounding {
-            None => x - x.clamp(-self.overlap_negative, self.overlap),
-            Some(width) => {
+        let h = match (self.rounding, self.clearance) {
+            (Some(width), _) => {
                 let (low, high) = (x - self.overlap, x + self.overlap);
                 0.5 * (low + low.hypot(width) + high - high.hypot(width))
             }
+            (None, Some(clearance)) => {
+                let beyond = (x.abs() - self.overlap).max(0.0);
+                x.signum() * (beyond.hypot(clearance) - clearance)
+            }
+            (None, None) => x - x.clamp(-self.overlap_negative, self.overlap),
         };
         let h = if h > 0.0 {
             h * (1.0 + self.asymmetry)
@@ -147,6 +160,9 @@ impl Opening {
         let h = self
             .knee
             .map_or(h, |(share, at)| h - share * h.clamp(-at, at));
+        let h = self.shape.map_or(h, |(third, fifth)| {
+            h + third * (h.powi(3) - h) + fifth * (h.powi(5) - h)
+        });
         h.clamp(-self.saturation, self.saturation)
     }
 }
@@ -299,6 +315,12 @@ mod tests {
         assert_eq!(rounded.at(0.0), 0.0);
         assert!((rounded.at(0.9) - 0.85).abs() < 1e-3);
         assert_eq!(rounded.at(0.2), -rounded.at(-0.2));
+        let clear = opening("overlap~clearance=5:clearance=3");
+        assert_eq!([0.05, -0.02].map(|x| clear.at(x)), [0.0; 2]);
+        assert!((clear.at(-0.09) + 0.02).abs() < 1e-15);
+        let shaped = opening("gain_curvature~shaped=-0.2:fifth=0.4");
+        assert_eq!([0.0, 1.0, -1.0].map(|x| shaped.at(x)), [0.0, 1.0, -1.0]);
+        assert!((shaped.at(0.5) - (0.5 + 0.2 * 0.375 - 0.4 * 0.46875)).abs() < 1e-15);
         let asymmetric = opening("asymmetric_gain=0.1");
         assert!((asymmetric.at(0.5) - 0.55).abs() < 1e-15);
         assert!((asymmetric.at(-0.5) + 0.45).abs() < 1e-15);

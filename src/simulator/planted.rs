@@ -20,6 +20,7 @@ pub enum Kind {
     Hysteresis,
     /// The loop has a zero: what moves spool and valve is x + T x'. \[s\]
     FeedForward,
+    FeedbackCurvature,
     /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
     SlewLimit,
     /// Coulomb friction F on the spool: the drive sat(u − x) loses F sign(x'), and the spool sticks while x' = 0 and
@@ -94,8 +95,12 @@ pub enum Form {
     Pilot,
     /// Another overlap on either side of null.
     Edges,
+    /// Edges rounded by a radial clearance.
+    Clearance,
     /// A gain that changes at one opening.
     Knee,
+    /// A gain that changes as an odd polynomial has it.
+    Shaped,
     /// A lag of second order: two equal ones.
     SecondOrder,
     /// A drift that begins at its rate and comes to rest.
@@ -125,7 +130,9 @@ impl Form {
             Self::Rounded => "rounded",
             Self::Pilot => "pilot",
             Self::Edges => "edges",
+            Self::Clearance => "clearance",
             Self::Knee => "knee",
+            Self::Shaped => "shaped",
             Self::SecondOrder => "second_order",
             Self::Settling => "settling",
             Self::Overtone => "overtone",
@@ -152,12 +159,13 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 22] = [
+    pub const ALL: [Self; 23] = [
         Self::Delay,
         Self::DcGain,
         Self::NullBias,
         Self::Hysteresis,
         Self::FeedForward,
+        Self::FeedbackCurvature,
         Self::SlewLimit,
         Self::Friction,
         Self::FlowForce,
@@ -189,6 +197,8 @@ impl Kind {
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
+            Self::FeedbackCurvature => entry("feedback_curvature", "V", "spool", (-2.0, 2.0), 0.4,
+                &[], &[("square", 0.0, USUAL)]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Pilot],
                 &[("bend", 0.8, &[Form::Rounded, Form::Pilot])]),
@@ -204,11 +214,15 @@ impl Kind {
                 &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic],
                 &[("stiffness", 20.0, &[Form::Soft]), ("rate", 1000.0, &[Form::Elastic])]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
-                &[Form::Rounded, Form::Edges],
-                &[("width", f64::NAN, &[Form::Rounded]), ("negative", 0.0, &[Form::Edges])]),
+                &[Form::Rounded, Form::Edges, Form::Clearance],
+                &[
+                    ("width", f64::NAN, &[Form::Rounded]),
+                    ("negative", 0.0, &[Form::Edges]),
+                    ("clearance", 2.0, &[Form::Clearance]),
+                ]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
-                &[Form::Knee], &[("at", 40.0, &[Form::Knee])]),
+                &[Form::Knee, Form::Shaped], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0, &[], &[]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,

@@ -3,7 +3,7 @@
 use super::filter::runge_kutta;
 use super::outsider::{self, Oddity, Outsider, strength};
 use super::planted::{Form, Kind, Planted, find, value};
-use super::valve::Valve;
+use super::valve::{FULL_SCALE, Valve};
 
 /// The spool x with its velocity v. Without effects it is the valve of [`Valve`], with z = x + T v:
 ///
@@ -25,6 +25,7 @@ pub(super) struct Spool {
     detent: f64,
     feed_forward: f64,
     backlash: Option<Backlash>,
+    transducer: Transducer,
     /// Position, V; velocity, V/s; and the deflection of the bristles, from −1 to 1.
     state: [f64; 3],
 }
@@ -81,6 +82,27 @@ struct Backlash {
     half_width: f64,
     /// What is fed back, V.
     at: f64,
+}
+
+/// What the loop is fed back of the spool: x + square · (x / full scale)² + cubic · (x / full scale)³, V.
+struct Transducer {
+    square: f64,
+    cubic: f64,
+}
+
+impl Transducer {
+    fn planted(planted: &[Planted]) -> Self {
+        let curved = find(planted, Kind::FeedbackCurvature, Form::Usual);
+        Self {
+            square: curved.and_then(|p| p.key("square")).unwrap_or(0.0),
+            cubic: curved.map_or(0.0, |p| p.value),
+        }
+    }
+
+    fn shown(&self, x: f64) -> f64 {
+        let share = x / FULL_SCALE;
+        x + self.square * share.powi(2) + self.cubic * share.powi(3)
+    }
 }
 
 enum Stop {
@@ -200,6 +222,7 @@ impl Spool {
                 half_width: p.value,
                 at: position,
             }),
+            transducer: Transducer::planted(planted),
             state: [position, 0.0, 0.0],
         }
     }
@@ -356,6 +379,7 @@ impl Spool {
     /// sat(u − x) and what flow force, soft stop and detent take from it, V; friction is not in it.
     fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
         let fed_back = self.backlash.as_ref().map_or(x, |play| play.fed_back(x));
+        let fed_back = self.transducer.shown(fed_back);
         let mut drive = (u - fed_back).clamp(-self.valve.saturation, self.valve.saturation);
         if let Speed::Integrator(limit) = self.speed {
             let limit = limit / self.valve.gain;

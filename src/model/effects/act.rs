@@ -127,7 +127,7 @@ pub trait Act<R: Real> {
     #[inline(always)]
     fn settled_spool(&self, _own: &mut [R], _spool: R) {}
 
-    /// Whether a spool at rest feels the effect in its drive.
+    /// Whether a spool at rest feels the effect in its drive or its reference.
     fn pulls(&self) -> bool {
         false
     }

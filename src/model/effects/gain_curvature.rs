@@ -92,9 +92,68 @@ impl<R: Real> Act<R> for GainKnee<R> {
     }
 }
 
+pub(super) const SHAPED: Entry = Entry {
+    name: "gain_curvature~shaped",
+    summary: "The flow gain changes along the stroke as the shape of the ports has it",
+    finding: "the flow gain changes along the stroke, by {cubic_share} and {quintic_share} of the third and fifth powers",
+    equation: "h = x + cubic_share x (x^2 - 1) + quintic_share x (x^4 - 1), x = 1 at full scale",
+    shows: "an odd, static residual without a corner, zero at full scale",
+    confused: "overlap, which has a corner near null; supply_droop, whose error goes with the flow squared and lags",
+    source: "round and notched ports: Merritt, Hydraulic Control Systems, 1967; ISO 10770-1, linearity",
+    parameters: |_, _| {
+        ["cubic_share", "quintic_share"]
+            .map(|name| Parameter::linear(name, "1", -0.95, 0.0, 0.95))
+            .to_vec()
+    },
+    trials: |_, _| {
+        [[0.1, 0.0], [-0.1, 0.0], [0.3, -0.2], [-0.3, 0.2]]
+            .map(Vec::from)
+            .to_vec()
+    },
+    ..ENTRY
+};
+
+/// The opening is an odd polynomial of the spool.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct GainShaped<R> {
+    cubic: R,
+    quintic: R,
+}
+
+impl<R: Real> GainShaped<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            cubic: next(),
+            quintic: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for GainShaped<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let share = opening * R::constant(0.01);
+        let square = share * share;
+        let less = square - R::constant(1.0);
+        // x^4 - 1 = (x^2 - 1) (x^2 + 1)
+        opening
+            * (R::constant(1.0) + less * (self.cubic + self.quintic * (square + R::constant(1.0))))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_shape_is_that_of_the_polynomial() {
+        let mut values = [0.25, -0.5].into_iter();
+        let effect: GainShaped<f64> = GainShaped::new(|| values.next().unwrap());
+        let found = [0.0, 50.0, -50.0, 100.0].map(|x| effect.opening(x));
+        let half = 50.0 * (1.0 - 0.25 * 0.75 + 0.5 * (1.0 - 0.0625));
+        assert_eq!(found, [0.0, half, -half, 100.0]);
+    }
 
     #[test]
     fn the_gain_changes_at_the_knee() {

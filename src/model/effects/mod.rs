@@ -154,6 +154,7 @@ mod compressibility;
 mod dc_gain;
 mod delay;
 mod feed_forward;
+mod feedback_curvature;
 mod flow_force;
 mod flow_saturation;
 mod friction;
@@ -208,8 +209,11 @@ catalogue! {
     hysteresis::HysteresisOfFeedback = FEEDBACK,
     overlap::OverlapRounded = ROUNDED,
     overlap::OverlapOfEdges = EDGES,
+    overlap::OverlapWithClearance = CLEARANCE,
     gain_curvature::GainKnee = KNEE,
+    gain_curvature::GainShaped = SHAPED,
     sensor_lag::SensorLagOfSecondOrder = SECOND_ORDER,
+    feedback_curvature::FeedbackCurvature,
     flow_saturation::FlowSaturation,
     viscosity_drift::ViscosityDriftSettling = SETTLING,
     sensor_drift::SensorDriftSettling = SETTLING,

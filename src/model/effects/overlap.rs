@@ -99,6 +99,53 @@ impl<R: Real> Act<R> for OverlapRounded<R> {
     }
 }
 
+pub(super) const CLEARANCE: Entry = Entry {
+    name: "overlap~clearance",
+    summary: "Radial clearance rounds the edges: oil flows past the closed edge as well as through the one that opens",
+    finding: "the ports open {overlap_beside_clearance} from null, with edges rounded by a clearance of {radial_clearance}",
+    equation: "h = sign(y) (sqrt(y^2 + c^2) - c), y = x - clip(x, d), overlap d, clearance c",
+    shows: "less flow near null, where it grows with the square of the opening",
+    confused: "overlap, which has a corner; gain_curvature, which changes along the whole stroke",
+    source: "radial clearance of a lapped spool: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |_, _| {
+        vec![
+            Parameter::linear("overlap_beside_clearance", "%", 0.0, 0.0, 50.0),
+            Parameter::linear("radial_clearance", "%", 0.0, 0.0, 50.0),
+        ]
+    },
+    trials: |_, _| {
+        [[0.5, 3.0], [2.0, 1.0], [2.0, 10.0], [10.0, 3.0]]
+            .map(Vec::from)
+            .to_vec()
+    },
+    ..ENTRY
+};
+
+/// Edges with radial clearance: the area of the one that opens less that of the other.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct OverlapWithClearance<R> {
+    width: R,
+    clearance: R,
+}
+
+impl<R: Real> OverlapWithClearance<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            width: next(),
+            clearance: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for OverlapWithClearance<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let beyond = opening - opening.clamp(-self.width, self.width);
+        (beyond.hypot(self.clearance) - self.clearance).with_sign_of(beyond)
+    }
+}
+
 pub(super) const EDGES: Entry = Entry {
     name: "overlap~edges",
     summary: "The lands overlap the ports by more on one side than on the other",
@@ -147,6 +194,16 @@ impl<R: Real> Act<R> for OverlapOfEdges<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_clearance_rounds_the_edge_and_far_from_it_takes_itself_off() {
+        let mut values = [2.0, 3.0].into_iter();
+        let effect: OverlapWithClearance<f64> =
+            OverlapWithClearance::new(|| values.next().unwrap());
+        let found = [0.0, 2.0, -2.0, 6.0, -6.0].map(|x| effect.opening(x));
+        assert_eq!(found, [0.0, 0.0, 0.0, 2.0, -2.0]);
+        assert!((effect.opening(1e6) - (1e6 - 5.0)).abs() < 1e-4);
+    }
 
     #[test]
     fn each_edge_opens_after_its_overlap() {

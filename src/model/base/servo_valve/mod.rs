@@ -475,8 +475,11 @@ impl<R: Real> ServoValveEquations<R> {
             || {
                 let zero = R::constant(0.0);
                 (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
+                ports.settled_spool(state, spool);
                 let path = self.path(ports, state, input, true);
-                let (drive, _) = actuator.derivative(spool, spool, input.command);
+                let stage = Stage::first(input.command);
+                let reference = ports.reference(state, input.command, spool, &stage);
+                let (drive, _) = actuator.derivative(spool, spool, reference);
                 let motion = motion(actuator, spool, zero, self.load(&path), zero);
                 ports.drive(drive, &motion) / actuator.gain()
             },

@@ -1,0 +1,87 @@
+//! The transducer of the loop is not straight.
+
+use super::view::{self, Over, Values, View};
+use super::{Act, Entry, Port, Stage, host};
+use crate::model::{Parameter, Real};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "feedback_curvature",
+    port: Port::Actuator,
+    summary: "The transducer of the spool's loop is not straight",
+    finding: "the loop's transducer is off by {feedback_square} and {feedback_cubic} at full scale, with the square and the cube of the spool",
+    equation: "sat(u - y, S), y = x + feedback_square s^2 + feedback_cubic s^3, s = x / feedback_span",
+    shows: "a spool that settles beside its command, by more the further it is from null, and whose loop is faster or slower there",
+    confused: "dc_gain, whose error is in proportion to the command; flow_force, which pulls towards null from a saturated loop's speed, too; gain_curvature, which the spool does not show",
+    source: "linearity of position transducers: ISO 10770-1; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        let (unit, full) = (&scale.command_unit, scale.command);
+        let at_full_scale = |name| Parameter::linear(name, unit, -0.2 * full, 0.0, 0.2 * full);
+        vec![
+            at_full_scale("feedback_square"),
+            at_full_scale("feedback_cubic"),
+            Parameter::linear("feedback_span", unit, 0.0, full, full).fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        [[0.0, 0.03], [0.0, -0.03], [0.02, 0.0], [-0.02, 0.0]]
+            .map(|shares| shares.map(|share| share * scale.command).to_vec())
+            .to_vec()
+    },
+    imitated_by: &[],
+    states: &[],
+    neutral: &[],
+    applies: host::moves_a_spool,
+    outputs: None,
+    view: Some(View::new(view::SLOW, Over::Command, Values::Trial(0))),
+    frequency: None,
+};
+
+/// The transducer of the loop is not straight.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct FeedbackCurvature<R> {
+    square: R,
+    cubic: R,
+    span: R,
+}
+
+impl<R: Real> FeedbackCurvature<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            square: next(),
+            cubic: next(),
+            span: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for FeedbackCurvature<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, spool: R, _stage: &Stage<R>) -> R {
+        let share = spool / self.span;
+        command - share * share * (self.square + self.cubic * share)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_loop_is_at_rest_where_its_transducer_shows_the_command() {
+        let mut values = [0.5, -1.0, 10.0].into_iter();
+        let effect: FeedbackCurvature<f64> = FeedbackCurvature::new(|| values.next().unwrap());
+        let error =
+            |command, spool| effect.reference(&[], command, spool, &Stage::first(command)) - spool;
+        assert_eq!([error(9.5, 10.0), error(-8.5, -10.0)], [0.0, 0.0]);
+        assert_eq!(error(5.0, 5.0), -(0.5 * 0.25 - 0.125));
+    }
+}

@@ -97,6 +97,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "stroke_limit~elastic",
         "stroke_limit~clipped",
         "slew_limit~rounded",
+        "slew_limit~tanh",
         "slew_limit~pilot",
         "friction",
         "flow_force",
@@ -208,7 +209,8 @@ fn neutral_pair(base: &Structure, effect: Effect) -> (Problem, Problem) {
 fn rounding(effect: Effect, with: &Problem) -> Option<f64> {
     let late = effect.entry.name == "delay" && with.structure.hold == Hold::Interpolated;
     let shorter = with.has_exact_steps() && with.structure.has_followers();
-    let bends = ["slew_limit~rounded", "slew_limit~pilot"].contains(&effect.entry.name);
+    let bends =
+        ["slew_limit~rounded", "slew_limit~tanh", "slew_limit~pilot"].contains(&effect.entry.name);
     let formula = shorter.then_some(1e-9).or(late.then_some(1e-12));
     bends.then_some(4e-5).or(formula)
 }
@@ -479,7 +481,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 52] = [
+const TWINS: [Twin; 53] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -544,6 +546,11 @@ const TWINS: [Twin; 52] = [
         "stroke_limit~windup=7",
         "stroke_limit~windup",
         &[("stroke_limit_windup", 7.0)],
+    ),
+    (
+        "slew_limit~tanh=150",
+        "slew_limit~tanh",
+        &[("slew_limit_tanh", 150.0)],
     ),
     (
         "stroke_limit~command=7",

@@ -50,7 +50,7 @@ fn a_plan_has_every_effect_and_a_larger_one_has_the_same_cases_and_more() {
         .collect();
     assert_eq!(kinds.len(), few.len());
     let more = plan(&[Group::Single], 1.5).cases().unwrap();
-    assert_eq!(more.len(), 3 * 6 * (18 + 2 * 4));
+    assert_eq!(more.len(), 3 * 6 * (19 + 2 * 4));
 }
 
 #[test]

@@ -29,10 +29,10 @@ import numpy as np
 STEP = 1e-5
 
 LATE, PLAYS, PLAY_OF_FEEDBACK, SLEW, RAMP, SMOOTH_SLEW, LUGRE, DEAD_BAND = range(1, 9)
-FORCE_IN_FRONT, KARNOPP, FORCE_BEHIND, SOFT_STOP, STOP, CLAMP, BIAS, JUMP, CUBIC = range(9, 18)
-LAPPED, ONE_EDGE, ROUND_EDGES, KNEE, SLOPES, UNDERLAP, PORT_SHAPE, SHIFT = range(20, 28)
-ACCUMULATOR, VOLUMES, LINE, WARM_UP, METER, RIPPLE, ZERO, HUNTING, SLIP = range(30, 39)
-TRANSDUCER, HUM, THERMAL, SQUARE = range(40, 44)
+FORCE_IN_FRONT, KARNOPP, FORCE_BEHIND, SOFT_STOP, STOP, CLAMP, BIAS, JUMP, CUBIC, ALGEBRAIC_SLEW, TANH = range(9, 20)
+LAPPED, ONE_EDGE, ROUND_EDGES, KNEE, SLOPES, UNDERLAP, PORT_SHAPE, SHIFT, ROUND_PORT, LEAKY_LAP = range(20, 30)
+ACCUMULATOR, VOLUMES, LINE, WARM_UP, METER, RIPPLE, ZERO, HUNTING, SLIP, PUMP = range(30, 40)
+TRANSDUCER, HUM, THERMAL, SQUARE, SAMPLED = range(40, 45)
 
 
 @numba.njit(cache=True)
@@ -77,6 +77,8 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
             fed_back = plays[0]
         elif cause == CUBIC:
             fed_back = x + p[0] * x**3 / 100
+        elif cause == TANH:
+            fed_back = p[0] * np.tanh(x / p[0])
         error = limited(c - fed_back, saturation)
         if cause == DEAD_BAND:
             error -= p[0] * np.tanh(2 * error / p[0])
@@ -89,6 +91,8 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
             speed = limited(speed, p[0])
         elif cause == SMOOTH_SLEW:
             speed = p[0] * np.tanh(speed / p[0])
+        elif cause == ALGEBRAIC_SLEW:
+            speed /= np.sqrt(1 + (speed / p[0]) ** 2)
         elif cause == LUGRE:
             # (z - x) = s0 w + s1 w' + T x', w' = x' - |x'| s0 w / g(x'); the stiction is 1.3 of the Coulomb friction.
             stiffness, damping = p[0] / 0.003, 0.1 * lag
@@ -130,6 +134,10 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
             h = x + p[0] * np.sin(0.1 * np.pi * x)
         elif cause == SHIFT:
             h = x + p[0]
+        elif cause == ROUND_PORT:
+            h = 10 * np.sign(x) * (abs(x) / 10) ** p[0]
+        elif cause == LEAKY_LAP:
+            h = x - 0.9 * limited(x, p[0])
         q = flow_gain * h
         size = abs(q) / (10 * flow_gain)
         if cause == ACCUMULATOR:
@@ -158,6 +166,8 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
             q *= 1 + p[0] * np.sin(0.4 * np.pi * t)
         elif cause == SLIP:
             q -= p[0] * np.sqrt(size) * np.sign(q)
+        elif cause == PUMP:
+            q *= np.sqrt(max(1 - p[0] * size**2, 0.1))
         shown = x
         if cause == TRANSDUCER:
             shown = q1
@@ -167,6 +177,10 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
             shown += p[0] * (1 - np.exp(-t / 4))
         elif cause == SQUARE:
             shown += p[0] * x * x / 10
+        elif cause == SAMPLED:
+            ring[place] = x
+            shown = ring[(place - int(p[0] / STEP)) % 4096]
+            place = (place + 1) % 4096
         if k % every == 0:
             spool[row], flow[row] = shown, q
         t += STEP
@@ -225,6 +239,12 @@ CAUSES = {
     "hum": Cause(HUM, ("periodic_disturbance",), 0.05, 0.2, (20, 90)),
     "thermal drift": Cause(THERMAL, ("sensor_drift",), 0.1, 0.3),
     "square spool sensor": Cause(SQUARE, (), 0.05, 0.2),
+    "algebraic slew limit": Cause(ALGEBRAIC_SLEW, ("slew_limit",), 100, 250),
+    "transducer in the loop that flattens": Cause(TANH, ("feedback_curvature",), 12, 25),
+    "round port": Cause(ROUND_PORT, ("gain_curvature",), 1.1, 1.5),
+    "overlap that leaks": Cause(LEAKY_LAP, ("overlap", "gain_curvature"), 0.2, 0.6),
+    "pump that droops with the square of the flow": Cause(PUMP, ("supply_droop",), 0.1, 0.3),
+    "late spool sensor": Cause(SAMPLED, ("sensor_lag", "delay"), 0.002, 0.006),
 }
 # What the catalogue has another name for, where nothing tells the two apart.
 ALIKE = [{"null_bias", "sensor_offset"}, {"flow_force", "dc_gain"}, {"asymmetric_gain", "null_bias"}]

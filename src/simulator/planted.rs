@@ -91,6 +91,8 @@ pub enum Form {
     Elastic,
     /// Metering edges that are rounded, or a limit that is.
     Rounded,
+    /// A limit that is a hyperbolic tangent.
+    Tanh,
     /// A limit of what a pilot stage delivers, behind its own lag.
     Pilot,
     /// Another overlap on either side of null.
@@ -128,6 +130,7 @@ impl Form {
             Self::Soft => "soft",
             Self::Elastic => "elastic",
             Self::Rounded => "rounded",
+            Self::Tanh => "tanh",
             Self::Pilot => "pilot",
             Self::Edges => "edges",
             Self::Clearance => "clearance",
@@ -200,7 +203,7 @@ impl Kind {
             Self::FeedbackCurvature => entry("feedback_curvature", "V", "spool", (-2.0, 2.0), 0.4,
                 &[], &[("square", 0.0, USUAL)]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
-                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Pilot],
+                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot],
                 &[("bend", 0.8, &[Form::Rounded, Form::Pilot])]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
                 &[Form::Dahl, Form::Lugre, Form::Windup], &[

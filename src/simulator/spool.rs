@@ -45,6 +45,8 @@ enum Speed {
         bend: f64,
         winds_up: bool,
     },
+    /// x' = limit · tanh(v / limit), and z goes on.
+    Tanh(f64),
     /// |x'| ≤ limit, and z goes on: a pilot stage that delivers no more (Merritt 1967).
     Windup(f64),
 }
@@ -191,6 +193,7 @@ impl Spool {
             .or_else(|| slew(Form::Smooth).map(Speed::Smooth))
             .or_else(|| slew(Form::Integrator).map(Speed::Integrator))
             .or_else(|| slew(Form::Windup).map(Speed::Windup))
+            .or_else(|| slew(Form::Tanh).map(Speed::Tanh))
             .unwrap_or(Speed::Free);
         let soft = find(planted, Kind::StrokeLimit, Form::Soft).map(|p| Stop::Soft {
             limit: p.value,
@@ -316,6 +319,7 @@ impl Spool {
                 let steep = w * f64::hypot(limit, bend) / limit;
                 (f64::hypot(steep + limit, bend) - f64::hypot(steep - limit, bend)) / 2.0
             }
+            Speed::Tanh(limit) => limit * (w / limit).tanh(),
             Speed::Smooth(limit) => w / (1.0 + (w / limit).powi(4)).sqrt().sqrt(),
             _ => w,
         }
@@ -328,7 +332,7 @@ impl Spool {
             || matches!(self.stop, Stop::Windup(_) | Stop::Elastic { .. })
             || matches!(
                 self.speed,
-                Speed::Windup(_) | Speed::Rounded { winds_up: true, .. }
+                Speed::Windup(_) | Speed::Tanh(_) | Speed::Rounded { winds_up: true, .. }
             )
     }
 

@@ -204,6 +204,7 @@ catalogue! {
     stroke_limit::StrokeLimitElastic = ELASTIC,
     stroke_limit::StrokeLimitClipped = CLIPPED,
     slew_limit::SlewLimitRounded = ROUNDED,
+    slew_limit::SlewLimitTanh = TANH,
     slew_limit::SlewLimitOfPilot = PILOT,
     slew_limit::SlewLimitOfCommand = COMMAND,
     hysteresis::HysteresisOfFeedback = FEEDBACK,

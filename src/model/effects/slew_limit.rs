@@ -180,6 +180,54 @@ impl<R: Real> Act<R> for SlewLimitRounded<R> {
     }
 }
 
+pub(super) const TANH: Entry = Entry {
+    name: "slew_limit~tanh",
+    finding: "the spool comes gradually to a speed of {slew_limit_tanh}, and overshoots by what the loop has wound up",
+    equation: "dz/dt = K sat(u - x, S), dx/dt = R tanh((z - x)/(T R)), R = slew_limit_tanh",
+    confused: "slew_limit~rounded, which comes to its limit later; slew_limit~windup, whose spool follows up to its limit and no further",
+    source: "a hyperbolic tangent for a flow that saturates: a usual smooth limit of simulations",
+    parameters: |scale, _| vec![limit("slew_limit_tanh", scale)],
+    trials: |scale, _| {
+        let shares = [1.0, 0.6, 0.3];
+        shares.map(|share| vec![share * scale.speed]).to_vec()
+    },
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::Time,
+        Values::Given(&[140.0]),
+    )),
+    ..ROUNDED
+};
+
+/// The spool's speed is limited behind the integrator, by a hyperbolic tangent.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitTanh<R> {
+    limit: R,
+}
+
+impl<R: Real> SlewLimitTanh<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { limit: next() }
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitTanh<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+        let one = R::constant(1.0);
+        // Its fourth power is e^(-2 |v| / R), and the tangent exact to 1e-7 of R.
+        let quarter = (R::constant(0.5) * speed.abs() / self.limit).decay();
+        let square = quarter * quarter;
+        let left = square * square;
+        (self.limit * (one - left) / (one + left)).with_sign_of(speed)
+    }
+}
+
 pub(super) const PILOT: Entry = Entry {
     name: "slew_limit~pilot",
     summary: "The spool's speed is the flow of a pilot stage, which comes gradually to its limit behind its own lag",
@@ -373,6 +421,16 @@ mod tests {
             effect.end_step(&mut [], 1.2, 1.0, 0.0, &START, 1e-4),
             (1.2, 1.0)
         );
+    }
+
+    #[test]
+    fn a_limit_may_be_a_hyperbolic_tangent() {
+        let mut values = [100.0].into_iter();
+        let effect: SlewLimitTanh<f64> = SlewLimitTanh::new(|| values.next().unwrap());
+        for v in [-1e6, -300.0, -80.0, -1e-3, 0.0, 5.0, 60.0, 170.0, 1e9] {
+            let off = effect.speed(v, &START) - 100.0 * f64::tanh(v / 100.0);
+            assert!(off.abs() < 1e-5, "{v}: {off:e}");
+        }
     }
 
     #[test]

@@ -113,6 +113,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "flow_saturation",
         "leakage",
         "supply_droop",
+        "supply_droop~turbulent",
         "compressibility",
         "line_resonance",
         "viscosity_drift",
@@ -481,7 +482,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 53] = [
+const TWINS: [Twin; 54] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -631,6 +632,15 @@ const TWINS: [Twin; 53] = [
         "supply_droop=0.08:lag=0.2",
         "supply_droop",
         &[("supply_droop", 0.08), ("supply_lag", 0.2)],
+    ),
+    (
+        "supply_droop~turbulent=0.03:lag=0.02",
+        "supply_droop~turbulent",
+        &[
+            ("supply_droop_turbulent", 1.8),
+            ("supply_lag_turbulent", 0.02),
+            ("supply_flow", 60.0),
+        ],
     ),
     (
         "compressibility=0.004",

@@ -57,6 +57,7 @@ pub(super) struct Flow {
     leak: Option<Leak>,
     /// bar/(L/min), and |Q| as the supply feels it.
     droop: Option<(f64, Lag)>,
+    turbulent: bool,
     fill: Option<Lag>,
     line: Option<PolePair>,
     oil: Oil,
@@ -211,6 +212,7 @@ impl Flow {
         position: f64,
     ) -> Self {
         let usual = |kind| find(planted, kind, Form::Usual);
+        let turbulent = find(planted, Kind::SupplyDroop, Form::Turbulent);
         let line = |p: &Planted| PolePair::new(p.value, p.key("damping").unwrap_or(1.0));
         let droop = |p: &Planted| (p.value, Lag::new(p.key("lag").unwrap_or(1.0)));
         let mut flow = Self {
@@ -218,7 +220,8 @@ impl Flow {
             opening: Opening::planted(planted),
             meter,
             leak: Leak::planted(planted),
-            droop: usual(Kind::SupplyDroop).map(droop),
+            droop: usual(Kind::SupplyDroop).or(turbulent).map(droop),
+            turbulent: turbulent.is_some(),
             fill: usual(Kind::Compressibility).map(|p| Lag::new(p.value)),
             line: usual(Kind::LineResonance).map(line),
             oil: Oil::planted(planted),
@@ -241,10 +244,18 @@ impl Flow {
         flow
     }
 
-    /// The pressure drop as a multiple of the rated one: p = p0 − R · |Q|, |Q| lagged.
+    /// The pressure drop as a multiple of the rated one: p = p0 − R · |Q|, or R · Q² / Q_rated where that is
+    /// turbulent, |Q| lagged.
     pub(super) fn drop(&self) -> f64 {
         match &self.droop {
-            Some((resistance, felt)) => (1.0 - resistance * felt.value / RATED_DROP).max(0.0),
+            Some((resistance, felt)) => {
+                // A turbulent loss is as large as the other at the rated flow.
+                let more = match self.turbulent {
+                    true => felt.value / self.rated,
+                    false => 1.0,
+                };
+                (1.0 - resistance * felt.value * more / RATED_DROP).max(0.0)
+            }
             None => 1.0,
         }
     }

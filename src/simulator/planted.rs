@@ -101,6 +101,8 @@ pub enum Form {
     Clearance,
     /// A gain that changes at one opening.
     Knee,
+    /// A loss with the square of the flow.
+    Turbulent,
     /// A gain that changes as an odd polynomial has it.
     Shaped,
     /// A lag of second order: two equal ones.
@@ -135,6 +137,7 @@ impl Form {
             Self::Edges => "edges",
             Self::Clearance => "clearance",
             Self::Knee => "knee",
+            Self::Turbulent => "turbulent",
             Self::Shaped => "shaped",
             Self::SecondOrder => "second_order",
             Self::Settling => "settling",
@@ -229,7 +232,7 @@ impl Kind {
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0, &[], &[]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
-                &[], &[("lag", 0.02, USUAL)]),
+                &[Form::Turbulent], &[("lag", 0.02, &[Form::Usual, Form::Turbulent])]),
             Self::Compressibility => entry("compressibility", "s", "flow", (0.0, 1.0), 0.004, &[], &[]),
             Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0,
                 &[], &[("damping", 0.1, USUAL)]),

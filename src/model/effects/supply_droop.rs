@@ -2,7 +2,7 @@
 
 use super::host;
 use super::view::{self, Over, Values, View};
-use super::{Act, Entry, Port};
+use super::{Act, Entry, Port, Scale};
 use crate::model::{Output, Pace, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -23,14 +23,7 @@ pub(super) const ENTRY: Entry = Entry {
                 0.0,
                 2.0 * scale.rated_drop / scale.outputs[Output::Flow],
             ),
-            Parameter::log(
-                "supply_lag",
-                "s",
-                scale.interval,
-                20.0 * scale.interval,
-                2e3 * scale.interval,
-            )
-            .paced(Pace::TimeConstant),
+            lag("supply_lag", scale),
         ]
     },
     trials: |scale, _| {
@@ -59,6 +52,12 @@ pub(super) const ENTRY: Entry = Entry {
     )),
     frequency: None,
 };
+
+/// The lag with which a supply feels what is drawn from it.
+fn lag(name: &str, scale: &Scale) -> Parameter {
+    let interval = scale.interval;
+    Parameter::log(name, "s", interval, 20.0 * interval, 2e3 * interval).paced(Pace::TimeConstant)
+}
 
 /// The supply pressure falls with the flow that is drawn.
 #[derive(Debug, Clone)]
@@ -94,9 +93,79 @@ impl<R: Real> Act<R> for SupplyDroop<R> {
     }
 }
 
+pub(super) const TURBULENT: Entry = Entry {
+    name: "supply_droop~turbulent",
+    summary: "The supply pressure falls with the square of the flow that is drawn",
+    finding: "the supply pressure falls by {supply_droop_turbulent} where the largest flow is drawn, and with its square",
+    equation: "p = p0 - supply_droop_turbulent (q / supply_flow)^2, supply_lag_turbulent dq/dt + q = |Q|",
+    shows: "flow missing in proportion to its cube, later than the flow itself; nothing of it is left against measured pressures",
+    confused: "supply_droop, whose pressure falls with the flow; gain_curvature, which does not lag",
+    source: "turbulent losses of lines and filters; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        let flow = scale.outputs[Output::Flow];
+        vec![
+            Parameter::linear("supply_droop_turbulent", "bar", 0.0, 0.0, scale.rated_drop),
+            lag("supply_lag_turbulent", scale),
+            Parameter::linear("supply_flow", "L/min", 0.0, flow, flow).fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        [(0.05, 20.0), (0.3, 2.0), (0.3, 50.0), (0.3, 400.0)]
+            .map(|(share, rows)| vec![share * scale.rated_drop, rows * scale.interval])
+            .to_vec()
+    },
+    states: &["drawn_turbulent"],
+    ..ENTRY
+};
+
+/// The supply pressure falls with the square of the flow that is drawn.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SupplyDroopTurbulent<R> {
+    droop: R,
+    felt: SupplyDroop<R>,
+}
+
+impl<R: Real> SupplyDroopTurbulent<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        let (droop, lag, flow) = (next(), next(), next());
+        Self {
+            droop: droop / (flow * flow),
+            felt: SupplyDroop { droop, lag },
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SupplyDroopTurbulent<R> {
+    #[inline(always)]
+    fn supply(&self, own: &[R], supply: R) -> R {
+        (supply - self.droop * own[0] * own[0]).max(R::constant(0.01) * supply)
+    }
+
+    #[inline(always)]
+    fn drawn(&self, own: &[R], flow: R) -> R {
+        self.felt.drawn(own, flow)
+    }
+
+    #[inline(always)]
+    fn settled_supply(&self, own: &mut [R], flow: R) {
+        self.felt.settled_supply(own, flow);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_turbulent_loss_falls_with_the_square() {
+        let mut values = [4.0, 0.02, 40.0].into_iter();
+        let effect: SupplyDroopTurbulent<f64> =
+            SupplyDroopTurbulent::new(|| values.next().unwrap());
+        assert_eq!(effect.supply(&[40.0], 10.0), 6.0);
+        assert_eq!(effect.supply(&[20.0], 10.0), 9.0);
+        assert_eq!(effect.supply(&[400.0], 10.0), 0.1);
+    }
 
     #[test]
     fn the_supply_falls_with_the_flow_that_it_feels() {

@@ -10,6 +10,7 @@ use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{Channel, Record, Series};
 use servobee::scorecard::{Case, Group, Outcome, Plan, Row, Subject, Variant, run};
 use servobee::simulator::{Command as Bench, Form, Kind, Noise, Setup};
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 
@@ -144,7 +145,7 @@ fn what_is_in_no_catalogue_gets_no_name() {
 /// 3.6 s in which the error of the spool stays small, and 4.2 s in which it saturates as well: of a valve that saturates at 3 V.
 fn rows_that_never_saturate(planted: &[&str], seed: u64) -> [Record; 2] {
     let sweep = |t: f64, amplitude: f64, highest: f64, length: f64| {
-        amplitude * (std::f64::consts::TAU * (0.5 + highest / (2.0 * length) * t) * t).sin()
+        amplitude * (TAU * (0.5 + highest / (2.0 * length) * t) * t).sin()
     };
     let gentle = |row: u32| {
         let t = f64::from(row) * 1e-3;
@@ -355,6 +356,53 @@ fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
     assert!(found.error_before > 5.0 && after < 1.15);
 }
 
+/// A valve whose loop is fed back 20 V tanh(x / 20 V) of its spool, which no model of the catalogue has: spool, and flow where asked.
+fn fed_back_by_what_flattens(seed: u64, with_flow: bool) -> Record {
+    let (gain, time_constant, most) = (140.0, 0.003, 20.0);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut noise = move || random.random_range(-0.04..0.04);
+    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
+    let mut columns = [vec![], vec![], vec![]];
+    for row in 0..3000 {
+        let time = 1e-3 * f64::from(row);
+        let command = 8.0 * (TAU * (0.5 + 3.0 * time * (1.0 + 0.1 * seed as f64)) * time).sin();
+        let flow = 5.0 * spool + 5.0 * noise();
+        for (column, value) in columns.iter_mut().zip([command, spool + noise(), flow]) {
+            column.push(value);
+        }
+        for _ in 0..40 {
+            let step = 1e-3 / 40.0;
+            integrator += step * gain * (command - most * (spool / most).tanh());
+            spool += step * (integrator - spool) / time_constant;
+        }
+    }
+    let time = (0..3000).map(|row| 1e-3 * f64::from(row)).collect();
+    let names = [Channel::Command, Channel::Spool, Channel::Flow];
+    let units = ["V", "V", "L/min"];
+    let channels = names.into_iter().zip(units).zip(columns);
+    let channels = channels
+        .take(2 + usize::from(with_flow))
+        .map(|((channel, unit), values)| (channel, Series::new(unit, values)));
+    Record::new("flattens", time, channels).unwrap()
+}
+
+#[test]
+fn a_bent_transducer_of_the_loop_is_told_where_something_shows_it_beside_the_spool() {
+    let told = |with_flow| {
+        let [fit, hold_out] = [1, 2].map(|seed| fed_back_by_what_flattens(seed, with_flow));
+        let found = all_asked(&[fit], &[hold_out]);
+        println!(
+            "{:?}: {} of {:?}",
+            names(&found),
+            found.error_before,
+            found.verdict
+        );
+        (found.verdict, names(&found))
+    };
+    assert_eq!(told(true), (Verdict::Found, vec!["feedback_curvature"]));
+    assert!(!told(false).1.contains(&"feedback_curvature"));
+}
+
 /// The same behind a lag that the limit does not reach, and by a curve that is a fourth root.
 #[test]
 fn a_pilot_stage_that_gives_no_more_is_found_behind_its_own_lag() {
@@ -368,7 +416,7 @@ fn a_pilot_stage_that_gives_no_more_is_found_behind_its_own_lag() {
 /// The flow behind a valve's loop and a line that rings, whichever comes first: nothing saturates, and nothing else is measured.
 fn behind_a_line(seed: u64) -> Record {
     let (gain, time_constant) = (270.0, 0.0015);
-    let (frequency, damping) = (31.2 * std::f64::consts::TAU, 0.05);
+    let (frequency, damping) = (31.2 * TAU, 0.05);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let (mut integrator, mut spool, mut flow, mut rate) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
     let (mut commands, mut flows) = (Vec::new(), Vec::new());

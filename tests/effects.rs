@@ -110,6 +110,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "gain_curvature",
         "gain_curvature~knee",
         "gain_curvature~shaped",
+        "gain_curvature~round",
         "flow_saturation",
         "leakage",
         "supply_droop",
@@ -482,7 +483,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 54] = [
+const TWINS: [Twin; 55] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -588,6 +589,11 @@ const TWINS: [Twin; 54] = [
         "gain_curvature~shaped=-0.2:fifth=0.1",
         "gain_curvature~shaped",
         &[("cubic_share", -0.2), ("quintic_share", 0.1)],
+    ),
+    (
+        "gain_curvature~round=0.7",
+        "gain_curvature~round",
+        &[("round_share", 0.7)],
     ),
     (
         "gain_curvature~knee=0.3:at=35",

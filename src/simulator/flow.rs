@@ -109,6 +109,8 @@ struct Opening {
     knee: Option<(f64, f64)>,
     /// h + c (h³ − h) + d (h⁵ − h).
     shape: Option<(f64, f64)>,
+    /// h + r (sign(h) |h|^1.5 − h).
+    round: f64,
     /// |h| ≤ s.
     saturation: f64,
 }
@@ -130,6 +132,7 @@ impl Opening {
             overlap: overlap / 100.0,
             overlap_negative: negative / 100.0,
             knee: knee.map(|p| (p.value, p.key("at").unwrap_or(40.0) / 100.0)),
+            round: find(planted, Kind::GainCurvature, Form::Round).map_or(0.0, |p| p.value),
             shape: shape.map(|p| (p.value, p.key("fifth").unwrap_or(0.0))),
             rounding: rounded.map(|p| width(p) / 100.0),
             clearance: clearance.map(|p| p.key("clearance").unwrap_or(2.0) / 100.0),
@@ -164,6 +167,7 @@ impl Opening {
         let h = self.shape.map_or(h, |(third, fifth)| {
             h + third * (h.powi(3) - h) + fifth * (h.powi(5) - h)
         });
+        let h = h + self.round * (h.abs().powf(1.5).copysign(h) - h);
         h.clamp(-self.saturation, self.saturation)
     }
 }
@@ -332,6 +336,8 @@ mod tests {
         let shaped = opening("gain_curvature~shaped=-0.2:fifth=0.4");
         assert_eq!([0.0, 1.0, -1.0].map(|x| shaped.at(x)), [0.0, 1.0, -1.0]);
         assert!((shaped.at(0.5) - (0.5 + 0.2 * 0.375 - 0.4 * 0.46875)).abs() < 1e-15);
+        let round = opening("gain_curvature~round=0.8");
+        assert!((round.at(-0.25) + 0.25 * (1.0 - 0.8 * 0.5)).abs() < 1e-15);
         let asymmetric = opening("asymmetric_gain=0.1");
         assert!((asymmetric.at(0.5) - 0.55).abs() < 1e-15);
         assert!((asymmetric.at(-0.5) + 0.45).abs() < 1e-15);

@@ -101,6 +101,8 @@ pub enum Form {
     Clearance,
     /// A gain that changes at one opening.
     Knee,
+    /// Ports that are round holes.
+    Round,
     /// A loss with the square of the flow.
     Turbulent,
     /// A gain that changes as an odd polynomial has it.
@@ -137,6 +139,7 @@ impl Form {
             Self::Edges => "edges",
             Self::Clearance => "clearance",
             Self::Knee => "knee",
+            Self::Round => "round",
             Self::Turbulent => "turbulent",
             Self::Shaped => "shaped",
             Self::SecondOrder => "second_order",
@@ -228,7 +231,7 @@ impl Kind {
                 ]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
-                &[Form::Knee, Form::Shaped], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
+                &[Form::Knee, Form::Shaped, Form::Round], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0, &[], &[]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,

@@ -23,7 +23,7 @@ pub(super) const ENTRY: Entry = Entry {
         ]
     },
     trials: |scale, _| {
-        [[0.0, 0.03], [0.0, -0.03], [0.02, 0.0], [-0.02, 0.0]]
+        [[0.0, 0.03], [0.01, -0.03]]
             .map(|shares| shares.map(|share| share * scale.command).to_vec())
             .to_vec()
     },

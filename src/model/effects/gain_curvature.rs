@@ -142,9 +142,50 @@ impl<R: Real> Act<R> for GainShaped<R> {
     }
 }
 
+pub(super) const ROUND: Entry = Entry {
+    name: "gain_curvature~round",
+    summary: "The ports are round holes, which open gradually",
+    finding: "the flow grows from null with the power 1.5 of the opening, as of round holes, in a share of {round_share}",
+    equation: "h = x + round_share x (sqrt(|x|) - 1), x = 1 at full scale",
+    shows: "an odd, static residual that is steepest at null, and zero there and at full scale",
+    confused: "overlap, within which nothing flows; supply_droop, whose error is largest at full flow",
+    source: "area of round holes near their edge: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |_, _| vec![Parameter::linear("round_share", "1", -0.95, 0.0, 1.5)],
+    ..ENTRY
+};
+
+/// The ports are round holes.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct GainOfRoundPorts<R> {
+    share: R,
+}
+
+impl<R: Real> GainOfRoundPorts<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { share: next() }
+    }
+}
+
+impl<R: Real> Act<R> for GainOfRoundPorts<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let root = (opening.abs() * R::constant(0.01)).sqrt();
+        opening + self.share * opening * (root - R::constant(1.0))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn round_ports_open_with_the_power_of_one_and_a_half() {
+        let mut values = [1.0].into_iter();
+        let effect: GainOfRoundPorts<f64> = GainOfRoundPorts::new(|| values.next().unwrap());
+        let found = [0.0, 25.0, -25.0, 100.0].map(|x| effect.opening(x));
+        assert_eq!(found, [0.0, 12.5, -12.5, 100.0]);
+    }
 
     #[test]
     fn the_shape_is_that_of_the_polynomial() {

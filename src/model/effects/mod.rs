@@ -213,6 +213,7 @@ catalogue! {
     overlap::OverlapWithClearance = CLEARANCE,
     gain_curvature::GainKnee = KNEE,
     gain_curvature::GainShaped = SHAPED,
+    gain_curvature::GainOfRoundPorts = ROUND,
     supply_droop::SupplyDroopTurbulent = TURBULENT,
     sensor_lag::SensorLagOfSecondOrder = SECOND_ORDER,
     feedback_curvature::FeedbackCurvature,

@@ -12,7 +12,8 @@ pub(super) const ENTRY: Entry = Entry {
     finding: "the spool moves by {overlap} before the ports open",
     equation: "h = sign(x) max(|x| - overlap, 0)",
     shows: "no flow near null, single-valued; odd harmonics; the spool does not show it",
-    confused: "hysteresis, whose dead band depends on the direction; gain_curvature, which has no corner",
+    confused: "hysteresis, whose dead band depends on the direction; gain_curvature, which has no corner; and while the pressure drop \
+               stays the same, a flow meter that shows too little of small flows",
     source: "Merritt, Hydraulic Control Systems, 1967; ISO 10770-1, overlap",
     parameters: |_, _| vec![Parameter::linear("overlap", "%", 0.0, 0.0, 50.0)],
     trials: |_, _| [1.0, 3.0, 8.0, 20.0].map(|width| vec![width]).to_vec(),

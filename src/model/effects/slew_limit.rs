@@ -187,10 +187,7 @@ pub(super) const TANH: Entry = Entry {
     confused: "slew_limit~rounded, which comes to its limit later; slew_limit~windup, whose spool follows up to its limit and no further",
     source: "a hyperbolic tangent for a flow that saturates: a usual smooth limit of simulations",
     parameters: |scale, _| vec![limit("slew_limit_tanh", scale)],
-    trials: |scale, _| {
-        let shares = [1.0, 0.6, 0.3];
-        shares.map(|share| vec![share * scale.speed]).to_vec()
-    },
+    trials: |scale, _| [0.6, 0.3].map(|share| vec![share * scale.speed]).to_vec(),
     view: Some(View::new(
         Excitation::Chirp,
         Over::Time,

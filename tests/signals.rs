@@ -175,7 +175,7 @@ fn a_valve_of_negative_polarity_and_a_meter_without_a_sign_are_taken_as_they_are
         shown: |flow| -flow,
         ..SWEEP
     }
-    .identified(&[]);
+    .identified(&["--effects", "hysteresis,sensor_lag,sensor_offset"]);
     assert!(text.contains("negative polarity"), "{text}");
     holds(&report, "sensor_lag_flow", SWEEP.lag, 0.02);
     holds_offset(&report, -SWEEP.offset, -FLOW_GAIN);

@@ -204,11 +204,16 @@ impl Session {
         Ok(prepared)
     }
 
-    /// Refuses an effect that cannot be in `records`, unless the whole catalogue is looked through.
+    /// Refuses an effect of whose forms that were chosen none can be in `records`, unless the whole catalogue is looked through.
     fn check_effects(&self, structure: &Structure, records: &[Record]) -> Result<()> {
         let asked = |entry: &&Entry| self.effects.iter().any(|own| own.name == entry.name);
         let mut effects = self.effects.iter();
-        let idle = effects.find(|entry| entry.on(structure).is_empty());
+        let acts = |entry: &'static Entry| !entry.on(structure).is_empty();
+        let in_any_form = |entry: &Entry| {
+            let mut own = self.effects.iter();
+            own.any(|own| own.cause() == entry.cause() && acts(own))
+        };
+        let idle = effects.find(|entry| !in_any_form(entry));
         let Some(idle) = idle.filter(|_| !CATALOGUE.iter().all(asked)) else {
             return Ok(());
         };

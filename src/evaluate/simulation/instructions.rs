@@ -34,24 +34,39 @@ pub(in crate::evaluate) fn with_vectors<T: WithSimd>(
     }
 }
 
-/// Runs `task` with vectors of as many numbers as one candidate has sensitivities, or without any.
+/// Vectors of as many numbers as one candidate has sensitivities.
+#[cfg(target_arch = "x86_64")]
+pub(in crate::evaluate) type ShortVectors = pulp::x86::V3;
+#[cfg(target_arch = "aarch64")]
+pub(in crate::evaluate) type ShortVectors = pulp::aarch64::Neon;
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+pub(in crate::evaluate) type ShortVectors = Scalar;
+
+/// Those vectors, if the CPU has them.
+#[inline]
+pub(in crate::evaluate) fn short_vectors() -> Option<ShortVectors> {
+    #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+    return ShortVectors::try_new();
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    None
+}
+
+/// Runs `task` with such vectors.
+#[inline]
+pub(in crate::evaluate) fn in_short_vectors<T: WithSimd>(simd: ShortVectors, task: T) -> T::Output {
+    simd.vectorize(
+        #[inline(always)]
+        || task.with_simd(simd),
+    )
+}
+
+/// Runs `task` with such vectors, or without any.
 #[inline]
 pub(in crate::evaluate) fn with_short_vectors<T: WithSimd>(task: T) -> T::Output {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return simd.vectorize(
-            #[inline(always)]
-            || task.with_simd(simd),
-        );
+    match short_vectors() {
+        Some(simd) => in_short_vectors(simd, task),
+        None => task.with_simd(Scalar::new()),
     }
-    #[cfg(target_arch = "aarch64")]
-    if let Some(simd) = pulp::aarch64::Neon::try_new() {
-        return simd.vectorize(
-            #[inline(always)]
-            || task.with_simd(simd),
-        );
-    }
-    task.with_simd(Scalar::new())
 }
 
 #[cfg(test)]

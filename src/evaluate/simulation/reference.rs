@@ -3,13 +3,17 @@
 use crate::evaluate::STATE_LIMIT;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
 use crate::evaluate::simulation::Lead;
-use crate::evaluate::simulation::instructions::with_short_vectors;
+use crate::evaluate::simulation::instructions::{
+    ShortVectors, in_short_vectors, short_vectors, with_short_vectors,
+};
 use crate::evaluate::simulation::simulate::{
     CHUNK, Row, Squares, outputs, response, run, series, with_states,
 };
 use crate::model::real::Dual;
-use crate::model::{Alone, Complete, Output, Outputs, Real, Structure, Valued, View};
-use pulp::{Simd, WithSimd};
+use crate::model::{
+    Alone, Complete, MOST_STATES, Output, Outputs, Real, Structure, Valued, View, Whole,
+};
+use pulp::{Scalar, Simd, WithSimd};
 use std::f64::consts::LN_10;
 use std::marker::PhantomData;
 
@@ -149,23 +153,28 @@ pub(crate) fn led_residuals(
     if free.len() <= width {
         return pass(0, row);
     }
-    // More parameters than one pass carries: keep the gradients of each pass until all are there.
-    let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
+    // More parameters than one pass carries: keep what each pass finds until all is there.
+    let mut residuals = Vec::new();
+    let mut gradients: Vec<Vec<f64>> = Vec::new();
     for first in (0..free.len()).step_by(width) {
-        let mut next = 0;
+        residuals.clear();
+        let mut own = Vec::new();
         let finished = pass(first, &mut |residual, gradient| {
-            if first == 0 {
-                rows.push((residual, Vec::with_capacity(free.len())));
-            }
-            rows[next].1.extend_from_slice(gradient);
-            next += 1;
+            residuals.push(residual);
+            own.extend_from_slice(gradient);
         });
         if !finished {
             return false;
         }
+        gradients.push(own);
     }
-    for (residual, gradient) in &rows {
-        row(*residual, gradient);
+    let mut gradient = vec![0.0; free.len()];
+    for (k, residual) in residuals.into_iter().enumerate() {
+        for (own, part) in gradients.iter().zip(gradient.chunks_mut(width)) {
+            let begin = k * part.len();
+            part.copy_from_slice(&own[begin..begin + part.len()]);
+        }
+        row(residual, &gradient);
     }
     true
 }
@@ -212,7 +221,12 @@ fn finished(pass: Pass<'_>) -> bool {
     match &*pass.problem.data {
         Data::Series(records) => {
             let structure = &pass.problem.structure;
-            with_states!(structure, finished_in_time::<f64>(pass, records))
+            match short_vectors() {
+                Some(simd) => {
+                    with_states!(structure, finished_in_time::<f64>(pass, records, simd))
+                }
+                None => finished_without_vectors(pass, records),
+            }
         }
         Data::Tones(tones) => with_short_vectors(PassOnTones { pass, tones }),
     }
@@ -229,13 +243,29 @@ fn wild<S: Simd>(state: &[Dual<S>]) -> bool {
     clippy::extra_unused_type_parameters,
     reason = "with_states names the numbers first"
 )]
-fn finished_in_time<'a, R, const N: usize, V: View>(pass: Pass<'a>, records: &'a [Series]) -> bool {
+fn finished_in_time<'a, R, const N: usize, V: View>(
+    pass: Pass<'a>,
+    records: &'a [Series],
+    simd: ShortVectors,
+) -> bool {
     let view = PhantomData::<V>;
-    with_short_vectors(PassInTime::<N, V> {
+    let pass = PassInTime::<N, V> {
         pass,
         records,
         view,
-    })
+    };
+    in_short_vectors(simd, pass)
+}
+
+/// The same on a CPU that has no such vectors: one function for all structures, since few have such a CPU and all compile it.
+fn finished_without_vectors<'a>(pass: Pass<'a>, records: &'a [Series]) -> bool {
+    let view = PhantomData::<Whole>;
+    let pass = PassInTime::<MOST_STATES, Whole> {
+        pass,
+        records,
+        view,
+    };
+    pass.with_simd(Scalar::new())
 }
 
 /// A pass over records, of a structure with room for `N` states: each a function of its own, small enough for the compiler.
@@ -331,5 +361,40 @@ impl WithSimd for PassOnTones<'_> {
             }
         }
         finished
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::workload;
+
+    #[test]
+    fn without_vectors_sensitivities_are_the_same() {
+        let bare = workload::actuator(300);
+        let mut sticking = bare.clone();
+        sticking.structure = bare.structure.with("friction~windup".parse().unwrap());
+        sticking.parameters = sticking.structure.parameters();
+        let without = |pass: Pass<'_>| match &*pass.problem.data {
+            Data::Series(records) => finished_without_vectors(pass, records),
+            Data::Tones(_) => unreachable!("a record in time"),
+        };
+        for problem in [&bare, &sticking] {
+            let free = &problem.start();
+            let [wide, narrow] = [finished, without].map(|finish| {
+                let mut rows = Vec::new();
+                let pass = Pass {
+                    problem,
+                    lead: &Lead::default(),
+                    free,
+                    first: 0,
+                    row: &mut |residual, gradient| rows.push((residual, gradient[..2].to_vec())),
+                };
+                assert!(finish(pass));
+                rows
+            });
+            assert_eq!(wide.len(), 300);
+            assert_eq!(wide, narrow);
+        }
     }
 }

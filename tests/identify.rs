@@ -420,7 +420,7 @@ fn every_effect_of_the_catalogue_can_be_known() {
     let usual = every_effect(Meter::Load);
     usual
         .iter()
-        .step_by(if soak() { 1 } else { 6 })
+        .step_by(if soak() { 1 } else { 12 })
         .for_each(|effect| known(folder.path(), effect));
     let mut others = every_effect(Meter::Supply);
     others.retain(|effect| !usual.contains(effect));
@@ -442,7 +442,7 @@ fn two_known_effects_one_of_them_fixed_hide_nothing() {
         "2",
     ];
     let all = every_effect(Meter::Load);
-    for (i, first) in all.iter().enumerate().step_by(if soak() { 1 } else { 10 }) {
+    for (i, first) in all.iter().enumerate().step_by(if soak() { 1 } else { 20 }) {
         let second = all[(i + 7) % all.len()];
         let known = [first.to_string(), second.to_string()];
         let known = known.each_ref().map(String::as_str);

@@ -7,7 +7,10 @@ use super::polish::{
 use super::{Method, RunningSearch, Settings, Start, run_in_lockstep};
 use crate::evaluate::problem::{Data, Problem};
 use crate::evaluate::reference::{led_cost_up_to, led_residuals};
-use crate::evaluate::{Cost, Evaluator, Fingerprint, Interrupt, Lead, Memory, reference};
+use crate::evaluate::{
+    Cost, CpuEvaluator, Evaluator, Fingerprint, Interrupt, Lead, Memory, Population, Precision,
+    Status, reference,
+};
 use crate::model::{Output, Outputs, Parameter};
 use crate::{Error, Result};
 use rayon::prelude::*;
@@ -26,6 +29,22 @@ impl LeastSquares for Problem {
     fn cost_up_to(&mut self, candidate: &[f64], most: f64) -> Option<f64> {
         reference::cost_up_to(self, candidate, most)
     }
+
+    fn costs(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<f64>> {
+        costs(self, candidates)
+    }
+}
+
+/// The costs of candidates, as vectors of them.
+fn costs(problem: &Problem, candidates: &[Vec<f64>]) -> Vec<Option<f64>> {
+    let Some(first) = candidates.first() else {
+        return Vec::new();
+    };
+    let population = Population::of(first.len(), candidates.concat());
+    let costs = CpuEvaluator::new(Precision::F64).costs(problem, &population);
+    let finished = |cost: Cost| (cost.status == Status::Finished).then_some(cost.value);
+    let costs = costs.expect("the CPU does not fail").into_iter();
+    costs.map(finished).collect()
 }
 
 /// A problem that diverges everywhere once the run was asked to stop, so that whatever minimises it comes to its end.
@@ -65,6 +84,16 @@ impl LeastSquares for Stoppable<'_> {
         match self.interrupt.asked() {
             true => None,
             false => led_cost_up_to(self.problem, &self.lead, candidate, most),
+        }
+    }
+
+    fn costs(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<f64>> {
+        if self.interrupt.asked() {
+            return vec![None; candidates.len()];
+        }
+        match self.lead.shown_by {
+            None => costs(self.problem, candidates),
+            Some(_) => candidates.iter().map(|one| self.cost(one)).collect(),
         }
     }
 }
@@ -380,10 +409,31 @@ fn inflation(problem: &Problem, free: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::evaluate::problem::{Sample, Series};
+    use crate::evaluate::workload;
     use crate::model::Complete;
     use crate::model::{Input, Structure};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn candidates_side_by_side_cost_what_each_costs_alone() {
+        for names in [&[][..], &["hysteresis", "friction~windup"]] {
+            let mut problem = workload::with_effects(names, 400);
+            let population = workload::population(&problem, 21);
+            let mut candidates: Vec<Vec<f64>> = population.iter().map(<[f64]>::to_vec).collect();
+            candidates[3][0] = f64::NAN;
+            let alone: Vec<Option<f64>> = candidates.iter().map(|one| problem.cost(one)).collect();
+            assert_eq!(alone[3], None);
+            assert_eq!(LeastSquares::costs(&mut problem, &candidates), alone);
+            let interrupt = Interrupt::default();
+            let mut stoppable = Stoppable::new(&problem, &interrupt);
+            assert_eq!(stoppable.costs(&candidates), alone);
+            let stopped = Interrupt::new(|| true);
+            let mut stoppable = Stoppable::new(&problem, &stopped);
+            assert_eq!(stoppable.costs(&candidates[..2]), [None, None]);
+        }
+        assert_eq!(costs(&workload::actuator(10), &[]), []);
+    }
 
     #[test]
     fn coloured_residuals_count_for_less_by_their_colour_alone() {

@@ -8,9 +8,9 @@ use crate::model::Parameter;
 const RISE: f64 = 9.0;
 /// Points between the result and a bound at which the cost is looked at.
 const POINTS: u32 = 4;
-/// Points of a flat range at which the cost of other data is looked at: along a saturation that winds a loop up it has a valley
-/// in every tenth of its value.
-const ALONG: u32 = 32;
+/// Parts of a flat range at whose ends the cost of other data is looked at: along a saturation that winds a loop up it has a
+/// valley in every tenth of its value. The ends fill whole vectors.
+const ALONG: u32 = 31;
 /// How often the distance to where the cost begins to rise is halved.
 const HALVINGS: u32 = 12;
 
@@ -135,13 +135,16 @@ pub fn within_flats(
     for flat in flats {
         let parameter = &mut narrowed[flat.parameter];
         (parameter.low, parameter.high) = (flat.low, flat.high);
-        let mut along: Vec<(f64, f64)> = Vec::new();
-        for k in 0..=ALONG {
+        let end = |k: u32| {
             let mut values = best.clone();
             values[flat.parameter] = parameter.from_unit(f64::from(k) / f64::from(ALONG));
-            let cost = problem.cost(&values).unwrap_or(f64::INFINITY);
-            along.push((cost, values[flat.parameter]));
-        }
+            values
+        };
+        let ends: Vec<Vec<f64>> = (0..=ALONG).map(end).collect();
+        let costs = problem.costs(&ends).into_iter();
+        let costs = costs.map(|cost| cost.unwrap_or(f64::INFINITY));
+        let own = ends.iter().map(|values| values[flat.parameter]);
+        let mut along: Vec<(f64, f64)> = costs.zip(own).collect();
         along.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (least, most) = (along[0].0, along[along.len() - 1].0);
         if most > least * (1.0 + RISE / rows as f64) {

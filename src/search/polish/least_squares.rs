@@ -10,6 +10,15 @@ pub trait LeastSquares {
     /// simulation diverged.
     fn cost(&mut self, candidate: &[f64]) -> Option<f64>;
 
+    /// That of each of these candidates.
+    fn costs(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<f64>> {
+        let mut costs = Vec::with_capacity(candidates.len());
+        for candidate in candidates {
+            costs.push(self.cost(candidate));
+        }
+        costs
+    }
+
     /// That sum where it is at most `most`, otherwise `None`. Where a part of the sum is above it, the rest need not be known.
     fn cost_up_to(&mut self, candidate: &[f64], most: f64) -> Option<f64> {
         self.cost(candidate).filter(|cost| *cost <= most)

@@ -44,6 +44,10 @@ pub fn identify(
 ) -> Result<Identified> {
     let asked = problem;
     let measurements = &asked.measurements;
+    let plan = &Plan {
+        memory: plan.memory.of_one_run(),
+        ..plan.clone()
+    };
     let hold_known = asked.hold_known;
     let mut stage = Stage::new(progress, plan.memory.interrupt());
     stage.begins("base model");

@@ -90,12 +90,15 @@ impl Fingerprint {
     }
 }
 
+/// Results under their keys, as postcard writes them.
+type Results = HashMap<u64, Vec<u8>>;
+
 /// What is read of a checkpoint.
 #[derive(Debug)]
 struct Contents {
     version: String,
     run: u64,
-    known: HashMap<u64, Vec<u8>>,
+    known: Results,
     /// Bytes up to the end of the last whole frame.
     whole: usize,
 }
@@ -110,7 +113,7 @@ pub fn interrupted(stage: &str) -> String {
 pub struct Checkpoint {
     path: PathBuf,
     file: File,
-    known: HashMap<u64, Vec<u8>>,
+    known: Results,
     /// Bytes of its first line.
     begin: u64,
     synced: Instant,
@@ -189,7 +192,7 @@ impl Checkpoint {
         Ok(Self::of(path, file, contents.known, run))
     }
 
-    fn of(path: &Path, file: File, known: HashMap<u64, Vec<u8>>, run: u64) -> Self {
+    fn of(path: &Path, file: File, known: Results, run: u64) -> Self {
         Self {
             path: path.to_owned(),
             file,
@@ -251,6 +254,8 @@ impl Checkpoint {
 #[derive(Clone, Default)]
 pub struct Memory {
     checkpoint: Option<Arc<Mutex<Checkpoint>>>,
+    /// What is remembered without a checkpoint, as long as somebody has it.
+    held: Option<Arc<Mutex<Results>>>,
     interrupt: Interrupt,
 }
 
@@ -264,7 +269,7 @@ impl From<Checkpoint> for Memory {
     fn from(checkpoint: Checkpoint) -> Self {
         Self {
             checkpoint: Some(Arc::new(Mutex::new(checkpoint))),
-            interrupt: Interrupt::default(),
+            ..Self::default()
         }
     }
 }
@@ -273,6 +278,16 @@ impl Memory {
     /// The same, of a run that `interrupt` may stop.
     pub fn stopped_by(self, interrupt: Interrupt) -> Self {
         Self { interrupt, ..self }
+    }
+
+    /// The same of one run, which without a checkpoint remembers until it ends: it asks many things twice.
+    #[must_use]
+    pub(crate) fn of_one_run(&self) -> Self {
+        let mut own = self.clone();
+        if own.checkpoint.is_none() && own.held.is_none() {
+            own.held = Some(Arc::default());
+        }
+        own
     }
 
     /// What may stop the run.
@@ -285,7 +300,21 @@ impl Memory {
         Some(checkpoint.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// What `compute` gives, from the checkpoint where it is known under this `key`. What is remembered as `None` is known
+    fn held(&self) -> Option<MutexGuard<'_, Results>> {
+        let held = self.held.as_ref()?;
+        Some(held.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// What is remembered under this `key`.
+    fn known<T: DeserializeOwned>(&self, key: u64) -> Option<T> {
+        let read = |known: &Results| postcard::from_bytes(known.get(&key)?).ok();
+        match self.checkpoint() {
+            Some(own) => read(&own.known),
+            None => read(&*self.held()?),
+        }
+    }
+
+    /// What `compute` gives, or what is remembered where it is known under this `key`. What is remembered as `None` is known
     /// to be none.
     pub fn once<T: Serialize + DeserializeOwned>(
         &self,
@@ -307,23 +336,23 @@ impl Memory {
         key: impl FnOnce() -> u64,
         compute: impl FnOnce() -> std::result::Result<T, E>,
     ) -> std::result::Result<T, E> {
-        if self.checkpoint.is_none() {
+        if self.checkpoint.is_none() && self.held.is_none() {
             return compute();
         }
         let key = key();
-        let known = self.checkpoint().and_then(|own| {
-            let bytes = own.known.get(&key)?;
-            postcard::from_bytes(bytes).ok()
-        });
-        if let Some(known) = known {
+        if let Some(known) = self.known(key) {
             return Ok(known);
         }
         let result = compute()?;
         if self.interrupt.asked() {
             return Ok(result);
         }
-        if let (Some(mut own), Ok(bytes)) = (self.checkpoint(), postcard::to_stdvec(&result)) {
-            own.keep(key, bytes);
+        if let Ok(bytes) = postcard::to_stdvec(&result) {
+            if let Some(mut own) = self.checkpoint() {
+                own.keep(key, bytes);
+            } else if let Some(mut own) = self.held() {
+                own.insert(key, bytes);
+            }
         }
         Ok(result)
     }
@@ -331,6 +360,9 @@ impl Memory {
     /// Forgets everything: it was wrong.
     pub fn clear(&self) {
         if let Some(mut own) = self.checkpoint() {
+            own.clear();
+        }
+        if let Some(mut own) = self.held() {
             own.clear();
         }
     }
@@ -547,6 +579,29 @@ fn cannot_write(path: &Path, error: &std::io::Error) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_without_a_checkpoint_asks_nothing_twice_and_the_next_one_anew() {
+        let mut asked = 0;
+        let mut ask = |memory: &Memory, key| {
+            memory.once(
+                || key,
+                || {
+                    asked += 1;
+                    Some(0.1 + key as f64)
+                },
+            )
+        };
+        let none = Memory::default();
+        let run = none.of_one_run();
+        let answers = [&none, &none, &run, &run, &run.of_one_run()].map(|memory| ask(memory, 7));
+        assert_eq!(answers, [Some(7.1); 5]);
+        assert_eq!(ask(&run, 8), Some(8.1));
+        run.clear();
+        assert_eq!(ask(&run, 8), Some(8.1));
+        ask(&none.of_one_run(), 7);
+        assert_eq!(asked, 6);
+    }
 
     /// With a hash that is not stated anywhere, what is kept would be lost with the next compiler.
     #[test]

@@ -32,7 +32,7 @@ pub(super) const QUICK: PolishOptions = PolishOptions {
     max_iterations: 40,
     gradient_tolerance: 1e-6,
     step_tolerance: 1e-7,
-    cost_tolerance: 1e-7,
+    cost_tolerance: 1e-6,
     damping: 1e-3,
 };
 /// A polish that shows which way a start leads.

@@ -105,6 +105,26 @@ fn what_is_planted_is_named_and_explains_everything() {
     );
 }
 
+/// What the flow does not show is the sensor's, and not the loop's transducer's.
+#[test]
+fn a_spool_sensor_that_is_not_straight_is_named_by_its_curve() {
+    let of = |name: &str| {
+        let row = &diagnosed(&cases(&[name]))[0];
+        assert_eq!(
+            row.outcome,
+            Outcome::Right,
+            "{} [{}]",
+            row.verdict,
+            row.named
+        );
+        assert!(row.after <= AFTER, "{}", row.after);
+    };
+    of("forms/sensor_curvature~tanh/3x/0");
+    if soak() {
+        of("single/sensor_curvature/3x/1");
+    }
+}
+
 /// With a held command a loop that leads has a zero; whether it is the command that went straight on, is asked in a word.
 #[test]
 fn what_is_ahead_is_not_looked_for_all_over_again_with_a_command_that_goes_straight_on() {
@@ -132,7 +152,7 @@ fn what_is_in_no_catalogue_gets_no_name() {
     let outsiders = [
         "outsiders/coarse_dac/0",
         "outsiders/gain_jump/0",
-        "outsiders/tanh_sensor/0",
+        "outsiders/sensor_dead_band/0",
     ];
     let rows = diagnosed(&cases(&outsiders[..if soak() { 3 } else { 1 }]));
     for row in rows {

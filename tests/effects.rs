@@ -121,6 +121,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "viscosity_drift~settling",
         "sensor_lag",
         "sensor_lag~second_order",
+        "sensor_curvature",
         "sensor_offset",
         "sensor_drift",
         "sensor_drift~settling",
@@ -483,7 +484,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 55] = [
+const TWINS: [Twin; 56] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -677,6 +678,15 @@ const TWINS: [Twin; 55] = [
         "sensor_lag.flow=0.02",
         "sensor_lag.flow",
         &[("sensor_lag_flow", 0.02)],
+    ),
+    (
+        "sensor_curvature=-0.05:square=0.02",
+        "sensor_curvature.spool",
+        &[
+            ("sensor_cubic_spool", -0.5),
+            ("sensor_square_spool", 0.2),
+            ("sensor_span_spool", 10.0),
+        ],
     ),
     (
         "sensor_offset=0.15",

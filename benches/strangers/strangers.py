@@ -239,7 +239,7 @@ CAUSES = {
     "spool sensor of second order": Cause(TRANSDUCER, ("sensor_lag", "delay"), 50, 120),
     "hum": Cause(HUM, ("periodic_disturbance",), 0.05, 0.2, (20, 90)),
     "thermal drift": Cause(THERMAL, ("sensor_drift",), 0.1, 0.3),
-    "square spool sensor": Cause(SQUARE, (), 0.05, 0.2),
+    "square spool sensor": Cause(SQUARE, ("sensor_curvature",), 0.05, 0.2),
     "algebraic slew limit": Cause(ALGEBRAIC_SLEW, ("slew_limit",), 100, 250),
     "transducer in the loop that flattens": Cause(TANH, ("feedback_curvature",), 12, 25),
     "round port": Cause(ROUND_PORT, ("gain_curvature",), 1.1, 1.5),

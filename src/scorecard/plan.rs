@@ -128,6 +128,7 @@ impl Variant {
     pub fn catalogue_name(&self) -> String {
         match self.kind {
             Kind::Compressibility | Kind::LineResonance => format!("{}.flow", self.kind),
+            Kind::SensorCurvature => format!("{}.spool", self.kind),
             kind if kind.has_channel() => format!("{kind}.{}", self.channel),
             kind => kind.to_string(),
         }

@@ -146,6 +146,8 @@ impl Open {
                 .times(1.0 / setup.seconds)
                 .signed(rng),
             Kind::SensorLag => Dial::rising(0.003, 0.4),
+            Kind::SensorCurvature if form == Form::Usual => Dial::rising(0.03, 0.2).signed(rng),
+            Kind::SensorCurvature => Dial::rising(0.05, 0.6).signed(rng),
             Kind::SensorOffset => Dial::rising(0.015, 0.4).times(full_scale).signed(rng),
             Kind::SensorDrift => Dial::rising(0.02, 0.4)
                 .times(full_scale / setup.seconds)

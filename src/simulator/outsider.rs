@@ -32,8 +32,6 @@ pub enum Oddity {
     /// The flow through one land sticks to it for high openings (reattachment): Q (1 − value) while |opening| has been
     /// above 50 % and not below 20 % since. \[1\]
     Reattachment,
-    /// The spool's sensor saturates: full scale / value · tanh(value · x / full scale). \[1\]
-    TanhSensor,
     /// The spool's sensor shows zero where |x| is below the value. \[V\]
     SensorDeadBand,
     /// The command's rate couples into the spool's sensor: x + value · w² / (1 + w²), w = u̇ / 100 V/s seen through a
@@ -45,7 +43,7 @@ pub enum Oddity {
 
 impl Oddity {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 13] = [
         Self::GainJump,
         Self::CoarseDac,
         Self::RateGain,
@@ -56,7 +54,6 @@ impl Oddity {
         Self::Creep,
         Self::PumpRipple,
         Self::Reattachment,
-        Self::TanhSensor,
         Self::SensorDeadBand,
         Self::CrossTalk,
         Self::Dropout,
@@ -75,7 +72,6 @@ impl Oddity {
             Self::Creep => ("creep", "1", 0.15),
             Self::PumpRipple => ("pump_ripple", "1", 0.05),
             Self::Reattachment => ("reattachment", "1", 0.06),
-            Self::TanhSensor => ("tanh_sensor", "1", 0.5),
             Self::SensorDeadBand => ("sensor_dead_band", "V", 0.6),
             Self::CrossTalk => ("cross_talk", "V", 0.3),
             Self::Dropout => ("dropout", "1", 0.03),
@@ -231,15 +227,7 @@ pub(super) fn attached(before: bool, opening: f64) -> bool {
 
 /// What an odd spool sensor shows, V, where `rate` is [`seen_rate`].
 pub(super) fn odd_sensor(outsiders: &[Outsider], mut x: f64, rate: f64) -> f64 {
-    let [tanh, band, talk] = [
-        Oddity::TanhSensor,
-        Oddity::SensorDeadBand,
-        Oddity::CrossTalk,
-    ]
-    .map(|o| strength(outsiders, o));
-    if tanh > 0.0 {
-        x = FULL_SCALE / tanh * (tanh * x / FULL_SCALE).tanh();
-    }
+    let [band, talk] = [Oddity::SensorDeadBand, Oddity::CrossTalk].map(|o| strength(outsiders, o));
     if x.abs() < band {
         x = 0.0;
     }

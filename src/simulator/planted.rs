@@ -20,6 +20,7 @@ pub enum Kind {
     Hysteresis,
     /// The loop has a zero: what moves spool and valve is x + T x'. \[s\]
     FeedForward,
+    /// What the loop is fed back: x + s (x / full scale)² + c (x / full scale)³, c its value. \[V\]
     FeedbackCurvature,
     /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
     SlewLimit,
@@ -50,6 +51,8 @@ pub enum Kind {
     ViscosityDrift,
     /// A channel through a lag of this time constant. \[s\]
     SensorLag,
+    /// What the spool's sensor shows in shares h of full scale: h + s h² + c h³, c its value. \[1\]
+    SensorCurvature,
     /// y + b. \[unit of the channel\]
     SensorOffset,
     /// y + d t. \[unit of the channel/s\]
@@ -91,7 +94,7 @@ pub enum Form {
     Elastic,
     /// Metering edges that are rounded, or a limit that is.
     Rounded,
-    /// A limit that is a hyperbolic tangent.
+    /// A limit, or a curve, that is a hyperbolic tangent.
     Tanh,
     /// A limit of what a pilot stage delivers, behind its own lag.
     Pilot,
@@ -168,7 +171,7 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::Delay,
         Self::DcGain,
         Self::NullBias,
@@ -189,6 +192,7 @@ impl Kind {
         Self::LineResonance,
         Self::ViscosityDrift,
         Self::SensorLag,
+        Self::SensorCurvature,
         Self::SensorOffset,
         Self::SensorDrift,
         Self::PeriodicDisturbance,
@@ -243,6 +247,8 @@ impl Kind {
                 &[Form::Settling],
                 &[("heating", f64::NAN, USUAL), ("warm_up", 5.0, &[Form::Usual, Form::Settling])]),
             Self::SensorLag => entry("sensor_lag", "s", "sensor", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
+            Self::SensorCurvature => entry("sensor_curvature", "1", "sensor", (-0.9, 0.9), -0.05,
+                &[Form::Tanh], &[("square", 0.0, USUAL)]),
             Self::SensorOffset => entry("sensor_offset", "unit", "sensor", (-1e3, 1e3), 0.15, &[], &[]),
             Self::SensorDrift => entry("sensor_drift", "unit/s", "sensor", (-1e3, 1e3), 0.03,
                 &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
@@ -295,7 +301,7 @@ impl Kind {
 
     /// Whether it acts on a measured channel.
     pub fn has_channel(self) -> bool {
-        self.entry().place == "sensor"
+        self.entry().place == "sensor" && self != Self::SensorCurvature
     }
 }
 

@@ -3,6 +3,7 @@
 use super::filter::Lag;
 use super::outsider::{Outsider, odd_sensor};
 use super::planted::{Drift, Form, Kind, Planted};
+use super::valve::FULL_SCALE;
 use crate::record::Channel;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -15,10 +16,48 @@ pub(super) struct Sensor {
     /// Units of the channel for each unit of what is measured.
     scale: f64,
     lags: Vec<Lag>,
+    curve: Option<Curve>,
     offset: f64,
     drift: Drift,
     disturbance: Option<Line>,
     seen: f64,
+}
+
+/// What a sensor that is not straight shows of x, in shares h = x / full scale of the spool.
+enum Curve {
+    /// h + square · h² + cubic · h³.
+    Cubic { square: f64, cubic: f64 },
+    /// tanh(bend · h) / bend, or sinh where it shows more than there is.
+    Tanh { bend: f64, more: bool },
+}
+
+impl Curve {
+    fn planted(planted: &Planted) -> Self {
+        match planted.form {
+            // Such that its cubic term is the same.
+            Form::Tanh => Self::Tanh {
+                bend: match planted.value > 0.0 {
+                    true => (6.0 * planted.value).sqrt(),
+                    false => (-3.0 * planted.value).sqrt(),
+                },
+                more: planted.value > 0.0,
+            },
+            _ => Self::Cubic {
+                square: planted.key("square").unwrap_or(0.0),
+                cubic: planted.value,
+            },
+        }
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        let h = x / FULL_SCALE;
+        FULL_SCALE
+            * match self {
+                Self::Cubic { square, cubic } => h + square * h.powi(2) + cubic * h.powi(3),
+                Self::Tanh { bend, more: false } => (bend * h).tanh() / bend,
+                Self::Tanh { bend, more: true } => (bend * h).sinh() / bend,
+            }
+    }
 }
 
 /// amplitude · (sin(2π frequency t + phase) + overtone · sin(4π frequency t + phase))
@@ -69,6 +108,7 @@ impl Sensor {
             outsiders: outsiders.to_vec(),
             scale,
             lags,
+            curve: on(Kind::SensorCurvature).map(Curve::planted),
             offset: on(Kind::SensorOffset).map_or(0.0, |p| p.value),
             drift: Drift::of(on(Kind::SensorDrift)),
             disturbance: on(Kind::PeriodicDisturbance).map(|p| Line::planted(p, rng)),
@@ -92,6 +132,7 @@ impl Sensor {
             Channel::Spool => odd_sensor(&self.outsiders, self.seen, rate),
             _ => self.seen,
         };
+        let seen = self.curve.as_ref().map_or(seen, |curve| curve.at(seen));
         let line = self.disturbance.as_ref().map_or(0.0, |line| {
             let turned = TAU * line.frequency * time;
             let overtone = (2.0 * turned + line.phase).sin();
@@ -119,4 +160,22 @@ pub(super) fn hanging(share: f64, rows: usize, interval: f64, rng: &mut ChaCha8R
         stretch.fill(source);
     }
     shown
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_is_off_by_its_value_at_full_scale_and_a_tangent_by_less() {
+        let at = |planted: &str, x: f64| Curve::planted(&planted.parse().unwrap()).at(x);
+        assert!((at("sensor_curvature=-0.05:square=0.02", 10.0) - 9.7).abs() < 1e-12);
+        assert!((at("sensor_curvature=-0.05:square=0.02", -10.0) + 9.3).abs() < 1e-12);
+        for (value, fifth) in [(-0.05, 2.0 / 15.0 * 0.0225), (0.05, 0.09 / 120.0)] {
+            let planted = format!("sensor_curvature~tanh={value}");
+            let off = at(&planted, 10.0) - 10.0 * (1.0 + value + fifth);
+            assert!(off.abs() < 0.01, "{value}: {off}");
+            assert_eq!(at(&planted, -3.0), -at(&planted, 3.0));
+        }
+    }
 }

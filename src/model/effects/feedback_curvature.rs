@@ -1,8 +1,8 @@
 //! The transducer of the loop is not straight.
 
 use super::view::{self, Over, Values, View};
-use super::{Act, Entry, Host, Port, Stage, host};
-use crate::model::{Output, Parameter, Real};
+use super::{Act, Entry, Port, Stage, host};
+use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "feedback_curvature",
@@ -11,7 +11,7 @@ pub(super) const ENTRY: Entry = Entry {
     finding: "the loop's transducer is off by {feedback_square} and {feedback_cubic} at full scale, with the square and the cube of the spool",
     equation: "sat(u - y, S), y = x + feedback_square s^2 + feedback_cubic s^3, s = x / feedback_span",
     shows: "a spool that settles beside its command, by more the further it is from null, and whose loop is faster or slower there",
-    confused: "dc_gain, whose error is in proportion to the command; flow_force, which pulls towards null from a saturated loop's speed, too; gain_curvature, which the spool does not show. Where the spool alone is measured, its own sensor, and it is not looked for",
+    confused: "sensor_curvature, which the flow does not show; dc_gain, whose error is in proportion to the command; flow_force, which pulls towards null from a saturated loop's speed, too; gain_curvature, which the spool does not show. Where the spool alone is measured, its own sensor, and it is not looked for",
     source: "linearity of position transducers: ISO 10770-1; Merritt, Hydraulic Control Systems, 1967",
     parameters: |scale, _| {
         let (unit, full) = (&scale.command_unit, scale.command);
@@ -30,17 +30,11 @@ pub(super) const ENTRY: Entry = Entry {
     imitated_by: &[],
     states: &[],
     neutral: &[],
-    applies: shows_more_than_the_spool,
+    applies: host::shows_more_than_the_spool,
     outputs: None,
     view: Some(View::new(view::SLOW, Over::Command, Values::Trial(0))),
     frequency: None,
 };
-
-/// The spool alone does not tell the loop's transducer from its own sensor.
-fn shows_more_than_the_spool(host: &dyn Host) -> bool {
-    let others = [Output::Flow, Output::Position];
-    host::moves_a_spool(host) && others.iter().any(|&output| host.observes(output))
-}
 
 /// The transducer of the loop is not straight.
 #[derive(Debug, Clone)]

@@ -62,6 +62,12 @@ pub(super) fn loop_output(host: &dyn Host) -> Option<Output> {
     outputs.filter(shows).find(|_| host.has(Port::Actuator))
 }
 
+/// Whether something shows beside the spool what moves it: the spool alone does not tell its loop's transducer from its own sensor.
+pub(super) fn shows_more_than_the_spool(host: &dyn Host) -> bool {
+    let others = [Output::Flow, Output::Position];
+    moves_a_spool(host) && others.iter().any(|&output| host.observes(output))
+}
+
 pub(super) fn has_a_valve(host: &dyn Host) -> bool {
     host.has(Port::Area)
 }

@@ -166,6 +166,7 @@ mod null_bias;
 mod overlap;
 mod periodic_disturbance;
 mod second_order;
+mod sensor_curvature;
 mod sensor_drift;
 mod sensor_lag;
 mod sensor_offset;
@@ -193,6 +194,7 @@ catalogue! {
     line_resonance::LineResonance,
     compressibility::Compressibility,
     sensor_lag::SensorLag,
+    sensor_curvature::SensorCurvature,
     sensor_offset::SensorOffset,
     sensor_drift::SensorDrift,
     periodic_disturbance::PeriodicDisturbance,

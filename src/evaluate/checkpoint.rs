@@ -113,7 +113,8 @@ pub fn interrupted(stage: &str) -> String {
 pub struct Checkpoint {
     path: PathBuf,
     file: File,
-    known: Results,
+    /// What it held when it was opened, until a run remembers it.
+    found: Results,
     /// Bytes of its first line.
     begin: u64,
     synced: Instant,
@@ -192,11 +193,11 @@ impl Checkpoint {
         Ok(Self::of(path, file, contents.known, run))
     }
 
-    fn of(path: &Path, file: File, known: Results, run: u64) -> Self {
+    fn of(path: &Path, file: File, found: Results, run: u64) -> Self {
         Self {
             path: path.to_owned(),
             file,
-            known,
+            found,
             begin: first_line(run).len() as u64,
             synced: Instant::now(),
             broken: None,
@@ -208,9 +209,9 @@ impl Checkpoint {
         &self.path
     }
 
-    /// How many results it holds.
+    /// How many results it held when it was opened.
     pub fn results(&self) -> usize {
-        self.known.len()
+        self.found.len()
     }
 
     /// Deletes the file: the run has ended.
@@ -226,36 +227,40 @@ impl Checkpoint {
         })
     }
 
-    /// Forgets everything.
+    /// Empties the file.
     fn clear(&mut self) {
-        self.known.clear();
         let cleared = self.file.set_len(self.begin);
         let sought = self.file.seek(SeekFrom::Start(self.begin));
         self.broken = cleared.and(sought).err();
     }
 
-    fn keep(&mut self, key: u64, result: Vec<u8>) {
+    fn keep(&mut self, key: u64, result: &[u8]) {
         if self.broken.is_some() {
             return;
         }
         // In one piece: whatever ends the program, the frame is there or is seen not to be.
-        let mut written = self.file.write_all(&frame(key, &result));
+        let mut written = self.file.write_all(&frame(key, result));
         if written.is_ok() && self.synced.elapsed() >= SYNC {
             written = self.file.sync_data();
             self.synced = Instant::now();
         }
         self.broken = written.err();
-        self.known.insert(key, result);
     }
 }
 
-/// What a run remembers: what is in its checkpoint, if it has one. Clones share it. It is with everything that takes long, and
+/// Results, and the file in which they are kept too, if there is one.
+#[derive(Default)]
+struct Store {
+    known: Results,
+    checkpoint: Option<Checkpoint>,
+}
+
+/// What a run remembers, and in its checkpoint if it has one. Clones share it. It is with everything that takes long, and
 /// so it also says whether the run shall stop: what is broken off is not remembered.
 #[derive(Clone, Default)]
 pub struct Memory {
-    checkpoint: Option<Arc<Mutex<Checkpoint>>>,
-    /// What is remembered without a checkpoint, as long as somebody has it.
-    held: Option<Arc<Mutex<Results>>>,
+    /// None remembers nothing.
+    store: Option<Arc<Mutex<Store>>>,
     interrupt: Interrupt,
 }
 
@@ -266,9 +271,13 @@ impl std::fmt::Debug for Memory {
 }
 
 impl From<Checkpoint> for Memory {
-    fn from(checkpoint: Checkpoint) -> Self {
+    fn from(mut checkpoint: Checkpoint) -> Self {
+        let store = Store {
+            known: std::mem::take(&mut checkpoint.found),
+            checkpoint: Some(checkpoint),
+        };
         Self {
-            checkpoint: Some(Arc::new(Mutex::new(checkpoint))),
+            store: Some(Arc::new(Mutex::new(store))),
             ..Self::default()
         }
     }
@@ -284,9 +293,7 @@ impl Memory {
     #[must_use]
     pub(crate) fn of_one_run(&self) -> Self {
         let mut own = self.clone();
-        if own.checkpoint.is_none() && own.held.is_none() {
-            own.held = Some(Arc::default());
-        }
+        own.store.get_or_insert_default();
         own
     }
 
@@ -295,23 +302,14 @@ impl Memory {
         &self.interrupt
     }
 
-    fn checkpoint(&self) -> Option<MutexGuard<'_, Checkpoint>> {
-        let checkpoint = self.checkpoint.as_ref()?;
-        Some(checkpoint.lock().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    fn held(&self) -> Option<MutexGuard<'_, Results>> {
-        let held = self.held.as_ref()?;
-        Some(held.lock().unwrap_or_else(PoisonError::into_inner))
+    fn store(&self) -> Option<MutexGuard<'_, Store>> {
+        let store = self.store.as_ref()?;
+        Some(store.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// What is remembered under this `key`.
     fn known<T: DeserializeOwned>(&self, key: u64) -> Option<T> {
-        let read = |known: &Results| postcard::from_bytes(known.get(&key)?).ok();
-        match self.checkpoint() {
-            Some(own) => read(&own.known),
-            None => read(&*self.held()?),
-        }
+        postcard::from_bytes(self.store()?.known.get(&key)?).ok()
     }
 
     /// What `compute` gives, or what is remembered where it is known under this `key`. What is remembered as `None` is known
@@ -336,7 +334,7 @@ impl Memory {
         key: impl FnOnce() -> u64,
         compute: impl FnOnce() -> std::result::Result<T, E>,
     ) -> std::result::Result<T, E> {
-        if self.checkpoint.is_none() && self.held.is_none() {
+        if self.store.is_none() {
             return compute();
         }
         let key = key();
@@ -347,35 +345,36 @@ impl Memory {
         if self.interrupt.asked() {
             return Ok(result);
         }
-        if let Ok(bytes) = postcard::to_stdvec(&result) {
-            if let Some(mut own) = self.checkpoint() {
-                own.keep(key, bytes);
-            } else if let Some(mut own) = self.held() {
-                own.insert(key, bytes);
+        if let (Some(mut store), Ok(bytes)) = (self.store(), postcard::to_stdvec(&result)) {
+            if let Some(checkpoint) = &mut store.checkpoint {
+                checkpoint.keep(key, &bytes);
             }
+            store.known.insert(key, bytes);
         }
         Ok(result)
     }
 
     /// Forgets everything: it was wrong.
     pub fn clear(&self) {
-        if let Some(mut own) = self.checkpoint() {
-            own.clear();
-        }
-        if let Some(mut own) = self.held() {
-            own.clear();
+        if let Some(mut store) = self.store() {
+            store.known.clear();
+            if let Some(checkpoint) = &mut store.checkpoint {
+                checkpoint.clear();
+            }
         }
     }
 
     /// Where it is kept, if anything was computed and written there.
     pub fn kept(&self) -> Option<PathBuf> {
-        let checkpoint = self.checkpoint()?;
-        (!checkpoint.known.is_empty()).then(|| checkpoint.path.clone())
+        let store = self.store()?;
+        let checkpoint = store.checkpoint.as_ref()?;
+        (!store.known.is_empty()).then(|| checkpoint.path.clone())
     }
 
     /// Why it is not kept any more, where that has failed.
     pub fn failure(&self) -> Option<String> {
-        let checkpoint = self.checkpoint()?;
+        let store = self.store()?;
+        let checkpoint = store.checkpoint.as_ref()?;
         let error = checkpoint.broken.as_ref()?;
         Some(format!(
             "the checkpoint {} cannot be written any more: {error}; --resume goes on from before that",
@@ -408,7 +407,9 @@ impl Memory {
     /// # Errors
     /// If the system refuses.
     pub fn forget(&self) -> Result<()> {
-        self.checkpoint().map_or(Ok(()), |own| own.remove())
+        let store = self.store();
+        let checkpoint = store.as_ref().and_then(|own| own.checkpoint.as_ref());
+        checkpoint.map_or(Ok(()), Checkpoint::remove)
     }
 }
 

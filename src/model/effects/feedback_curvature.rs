@@ -1,8 +1,9 @@
 //! The transducer of the loop is not straight.
 
+use super::curve::{self, Curve};
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Port, Stage, host};
-use crate::model::{Parameter, Real};
+use crate::model::Real;
 
 pub(super) const ENTRY: Entry = Entry {
     name: "feedback_curvature",
@@ -14,19 +15,10 @@ pub(super) const ENTRY: Entry = Entry {
     confused: "sensor_curvature, which the flow does not show; dc_gain, whose error is in proportion to the command; flow_force, which pulls towards null from a saturated loop's speed, too; gain_curvature, which the spool does not show. Where the spool alone is measured, its own sensor, and it is not looked for",
     source: "linearity of position transducers: ISO 10770-1; Merritt, Hydraulic Control Systems, 1967",
     parameters: |scale, _| {
-        let (unit, full) = (&scale.command_unit, scale.command);
-        let at_full_scale = |name| Parameter::linear(name, unit, -0.2 * full, 0.0, 0.2 * full);
-        vec![
-            at_full_scale("feedback_square"),
-            at_full_scale("feedback_cubic"),
-            Parameter::linear("feedback_span", unit, 0.0, full, full).fixed(),
-        ]
+        let names = ["feedback_square", "feedback_cubic", "feedback_span"];
+        curve::parameters(names, &scale.command_unit, scale.command)
     },
-    trials: |scale, _| {
-        [[0.0, 0.03], [0.01, -0.03]]
-            .map(|shares| shares.map(|share| share * scale.command).to_vec())
-            .to_vec()
-    },
+    trials: |scale, _| curve::trials(scale.command),
     imitated_by: &[],
     states: &[],
     neutral: &[],
@@ -38,20 +30,12 @@ pub(super) const ENTRY: Entry = Entry {
 
 /// The transducer of the loop is not straight.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct FeedbackCurvature<R> {
-    square: R,
-    cubic: R,
-    span: R,
-}
+pub(in crate::model) struct FeedbackCurvature<R>(Curve<R>);
 
 impl<R: Real> FeedbackCurvature<R> {
     #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            square: next(),
-            cubic: next(),
-            span: next(),
-        }
+    pub(super) fn new(next: impl FnMut() -> R) -> Self {
+        Self(Curve::new(next))
     }
 }
 
@@ -66,8 +50,7 @@ impl<R: Real> Act<R> for FeedbackCurvature<R> {
 
     #[inline(always)]
     fn reference(&self, _own: &[R], command: R, spool: R, _stage: &Stage<R>) -> R {
-        let share = spool / self.span;
-        command - share * share * (self.square + self.cubic * share)
+        command - self.0.off(spool)
     }
 }
 

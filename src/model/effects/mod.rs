@@ -5,6 +5,7 @@
 //! no straight part (`slew_limit~rounded`, `slew_limit~pilot`) changes less than 4e-5 of the range.
 
 mod act;
+mod curve;
 mod effect;
 mod entry;
 mod host;

@@ -1,9 +1,10 @@
 //! The spool's sensor is not straight.
 
+use super::curve::{self, Curve};
 use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Host, Moment, Port};
 use super::{entry, host};
-use crate::model::{Output, Parameter, Real};
+use crate::model::{Output, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "sensor_curvature",
@@ -15,23 +16,12 @@ pub(super) const ENTRY: Entry = Entry {
     confused: "feedback_curvature, which the flow shows as the spool does. Where the spool alone is measured, a controller that is not straight, and it is not looked for",
     source: "linearity of position transducers: ISO 10770-1",
     parameters: |scale, output| {
-        let (unit, most) = (scale.unit(output), scale.output(output));
-        let at_most = |name| {
-            let name = entry::on(name, output);
-            Parameter::linear(&name, unit, -0.2 * most, 0.0, 0.2 * most)
-        };
-        let span = entry::on("sensor_span", output);
-        vec![
-            at_most("sensor_square"),
-            at_most("sensor_cubic"),
-            Parameter::linear(&span, unit, 0.0, most, most).fixed(),
-        ]
+        let names = ["sensor_square", "sensor_cubic", "sensor_span"];
+        let names = names.map(|name| entry::on(name, output));
+        let names = names.each_ref().map(String::as_str);
+        curve::parameters(names, scale.unit(output), scale.output(output))
     },
-    trials: |scale, output| {
-        [[0.0, 0.03], [0.01, -0.03]]
-            .map(|shares| shares.map(|share| share * scale.output(output)).to_vec())
-            .to_vec()
-    },
+    trials: |scale, output| curve::trials(scale.output(output)),
     imitated_by: &[],
     states: &[],
     neutral: &[],
@@ -48,28 +38,19 @@ fn of_the_spool(_: &dyn Host, output: Output) -> bool {
 
 /// The sensor is not straight.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct SensorCurvature<R> {
-    square: R,
-    cubic: R,
-    span: R,
-}
+pub(in crate::model) struct SensorCurvature<R>(Curve<R>);
 
 impl<R: Real> SensorCurvature<R> {
     #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            square: next(),
-            cubic: next(),
-            span: next(),
-        }
+    pub(super) fn new(next: impl FnMut() -> R) -> Self {
+        Self(Curve::new(next))
     }
 }
 
 impl<R: Real> Act<R> for SensorCurvature<R> {
     #[inline(always)]
     fn measure(&self, _own: &[R], value: R, _moment: &Moment<R>) -> R {
-        let share = value / self.span;
-        value + share * share * (self.square + self.cubic * share)
+        value + self.0.off(value)
     }
 }
 

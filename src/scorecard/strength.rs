@@ -163,7 +163,7 @@ impl Open {
     /// Something that is in no catalogue.
     pub(super) fn outsider(oddity: Oddity) -> Self {
         let strongest = match oddity {
-            Oddity::RateGain | Oddity::Reattachment | Oddity::Dropout => 0.8,
+            share if share.is_share() => 0.8,
             _ => (20.0 * oddity.typical()).min(5.0),
         };
         Self {

@@ -62,6 +62,7 @@ pub(super) struct Flow {
     line: Option<PolePair>,
     oil: Oil,
     ripple: f64,
+    hunting: f64,
     reattachment: f64,
     attached: bool,
     /// What passes the meter, L/min.
@@ -230,6 +231,7 @@ impl Flow {
             line: usual(Kind::LineResonance).map(line),
             oil: Oil::planted(planted),
             ripple: strength(outsiders, Oddity::PumpRipple),
+            hunting: strength(outsiders, Oddity::SupplyHunting),
             reattachment: strength(outsiders, Oddity::Reattachment),
             attached: false,
             value: 0.0,
@@ -266,7 +268,9 @@ impl Flow {
 
     /// Moves on by `h` s to `time`, when the spool is seen at `position` V.
     pub(super) fn advance(&mut self, position: f64, time: f64, h: f64) {
-        let mut flow = self.through_valve(position) * outsider::pump_ripple(self.ripple, time);
+        let mut flow = self.through_valve(position)
+            * outsider::pump_ripple(self.ripple, time)
+            * outsider::supply_hunting(self.hunting, time);
         if let Some((_, felt)) = &mut self.droop {
             felt.advance(flow.abs(), h);
         }

@@ -39,11 +39,32 @@ pub enum Oddity {
     CrossTalk,
     /// The measurement of all channels hangs for stretches of 10 to 60 ms, in all for this share of the record. \[1\]
     Dropout,
+    /// The amplifier's gain settles after it is switched on: u (1 + value · (1 − exp(−t / 2 s))). \[1\]
+    GainDrift,
+    /// Eddy currents in the coil: this share of the command comes through lags of 2, 10 and 50 ms, a third of it through
+    /// each. \[1\]
+    EddyCurrent,
+    /// The valve opens faster than it closes: K (1 + value) where the drive is positive. \[1\]
+    DirectionGain,
+    /// Preloaded centring springs: the drive loses value · x / √(x² + (0.1 V)²). \[V\]
+    SpringPreload,
+    /// The motor's torque ends: |T v'| ≤ 100 V/s / value. \[1\]
+    TorqueLimit,
+    /// An unloading valve lets the supply rise and fall: Q √(1 + value · w), w a triangle of 0.9 s from −1 to 1. \[1\]
+    SupplyHunting,
+    /// The spool's sensor has another range for large strokes: x (1 + value) where |x| > 60 % of full scale. \[1\]
+    RangeSwitch,
+    /// The linkage of the spool's sensor has a play of this half-width. \[V\]
+    SensorPlay,
+    /// The spool's converter lacks codes: less than the value above each multiple of 5 V it shows that. \[V\]
+    MissingCodes,
+    /// The flow meter stands still where |Q| is below the value. \[L/min\]
+    MeterStall,
 }
 
 impl Oddity {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 23] = [
         Self::GainJump,
         Self::CoarseDac,
         Self::RateGain,
@@ -57,6 +78,16 @@ impl Oddity {
         Self::SensorDeadBand,
         Self::CrossTalk,
         Self::Dropout,
+        Self::GainDrift,
+        Self::EddyCurrent,
+        Self::DirectionGain,
+        Self::SpringPreload,
+        Self::TorqueLimit,
+        Self::SupplyHunting,
+        Self::RangeSwitch,
+        Self::SensorPlay,
+        Self::MissingCodes,
+        Self::MeterStall,
     ];
 
     /// Name, unit, and a value that is well seen above a noise of 0.3 % of full scale.
@@ -75,6 +106,16 @@ impl Oddity {
             Self::SensorDeadBand => ("sensor_dead_band", "V", 0.6),
             Self::CrossTalk => ("cross_talk", "V", 0.3),
             Self::Dropout => ("dropout", "1", 0.03),
+            Self::GainDrift => ("gain_drift", "1", 0.05),
+            Self::EddyCurrent => ("eddy_current", "1", 0.2),
+            Self::DirectionGain => ("direction_gain", "1", 0.3),
+            Self::SpringPreload => ("spring_preload", "V", 0.15),
+            Self::TorqueLimit => ("torque_limit", "1", 0.5),
+            Self::SupplyHunting => ("supply_hunting", "1", 0.1),
+            Self::RangeSwitch => ("range_switch", "1", 0.03),
+            Self::SensorPlay => ("sensor_play", "V", 0.1),
+            Self::MissingCodes => ("missing_codes", "V", 0.4),
+            Self::MeterStall => ("meter_stall", "L/min", 2.0),
         }
     }
 
@@ -86,6 +127,18 @@ impl Oddity {
     /// The unit of its value.
     pub fn unit(self) -> &'static str {
         self.entry().1
+    }
+
+    /// Whether its value is a share of something, below 1.
+    pub(crate) fn is_share(self) -> bool {
+        matches!(
+            self,
+            Self::RateGain
+                | Self::Reattachment
+                | Self::Dropout
+                | Self::EddyCurrent
+                | Self::SupplyHunting
+        )
     }
 
     /// A value that is well seen.
@@ -138,10 +191,7 @@ impl Outsider {
     /// # Errors
     /// A value that is not from 0 to 10, or from 0 to 0.9 where it is a share.
     pub(super) fn check(&self) -> Result<()> {
-        let high = match self.oddity {
-            Oddity::RateGain | Oddity::Reattachment | Oddity::Dropout => 0.9,
-            _ => 10.0,
-        };
+        let high = if self.oddity.is_share() { 0.9 } else { 10.0 };
         if (0.0..=high).contains(&self.value) {
             return Ok(());
         }
@@ -174,13 +224,35 @@ pub(super) fn seen_rate(command: &[f64], interval: f64) -> Vec<f64> {
     rate.collect()
 }
 
+/// Time constants of the eddy currents, s.
+const EDDIES: [f64; 3] = [0.002, 0.01, 0.05];
+
 /// The command that leaves an odd controller.
 pub(super) fn odd_command(command: &[f64], interval: f64, outsiders: &[Outsider]) -> Vec<f64> {
-    let [jump, step, rate] =
-        [Oddity::GainJump, Oddity::CoarseDac, Oddity::RateGain].map(|o| strength(outsiders, o));
+    let [jump, drift, late, step, rate] = [
+        Oddity::GainJump,
+        Oddity::GainDrift,
+        Oddity::EddyCurrent,
+        Oddity::CoarseDac,
+        Oddity::RateGain,
+    ]
+    .map(|o| strength(outsiders, o));
     let mut odd = command.to_vec();
     let half = command.len() / 2;
     odd[half..].iter_mut().for_each(|u| *u *= 1.0 + jump);
+    for (row, u) in odd.iter_mut().enumerate() {
+        *u *= 1.0 - drift * (-(row as f64) * interval / 2.0).exp_m1();
+    }
+    if late > 0.0 {
+        let keep = EDDIES.map(|lag| (-interval / lag).exp());
+        let mut eddies = [odd[0]; EDDIES.len()];
+        for u in &mut odd {
+            for (eddy, keep) in eddies.iter_mut().zip(keep) {
+                *eddy = keep * *eddy + (1.0 - keep) * *u;
+            }
+            *u += late * (eddies.iter().sum::<f64>() / EDDIES.len() as f64 - *u);
+        }
+    }
     if step > 0.0 {
         odd.iter_mut().for_each(|u| *u = (*u / step).round() * step);
     }
@@ -202,6 +274,22 @@ pub(super) fn amplitude_gain(strength: f64, spool: f64) -> f64 {
     1.0 + strength * spool.abs() / FULL_SCALE
 }
 
+/// The factor of a loop gain that is larger for a positive drive.
+pub(super) fn direction_gain(strength: f64, drive: f64) -> f64 {
+    if drive > 0.0 { 1.0 + strength } else { 1.0 }
+}
+
+/// What preloaded springs take from the drive, V.
+pub(super) fn spring_preload(strength: f64, spool: f64) -> f64 {
+    strength * spool / spool.hypot(0.1)
+}
+
+/// T v', V/s, as far as the torque goes.
+pub(super) fn limited_torque(strength: f64, wanted: f64) -> f64 {
+    let most = 100.0 / strength;
+    wanted.clamp(-most, most)
+}
+
 /// What the notches take from the drive, V.
 pub(super) fn detent(strength: f64, spool: f64) -> f64 {
     strength * (TAU * spool / 2.5).sin()
@@ -220,6 +308,12 @@ pub(super) fn pump_ripple(strength: f64, time: f64) -> f64 {
     1.0 + strength * (TAU * 37.0 * time).sin()
 }
 
+/// The factor that a hunting supply puts on the flow.
+pub(super) fn supply_hunting(strength: f64, time: f64) -> f64 {
+    let turn = (time / 0.9 + 0.75).fract();
+    (1.0 + strength * ((4.0 * turn - 2.0).abs() - 1.0)).sqrt()
+}
+
 /// Whether the jet is attached, from whether it was and from the opening.
 pub(super) fn attached(before: bool, opening: f64) -> bool {
     opening.abs() > if before { 0.2 } else { 0.5 }
@@ -227,11 +321,33 @@ pub(super) fn attached(before: bool, opening: f64) -> bool {
 
 /// What an odd spool sensor shows, V, where `rate` is [`seen_rate`].
 pub(super) fn odd_sensor(outsiders: &[Outsider], mut x: f64, rate: f64) -> f64 {
-    let [band, talk] = [Oddity::SensorDeadBand, Oddity::CrossTalk].map(|o| strength(outsiders, o));
+    let [band, range, missing, talk] = [
+        Oddity::SensorDeadBand,
+        Oddity::RangeSwitch,
+        Oddity::MissingCodes,
+        Oddity::CrossTalk,
+    ]
+    .map(|o| strength(outsiders, o));
     if x.abs() < band {
         x = 0.0;
     }
+    if x.abs() > 0.6 * FULL_SCALE {
+        x *= 1.0 + range;
+    }
+    let above = x.rem_euclid(5.0);
+    if above < missing {
+        x -= above;
+    }
     x + talk * rate * rate / (1.0 + rate * rate)
+}
+
+/// What an odd flow meter shows, L/min.
+pub(super) fn odd_meter(outsiders: &[Outsider], flow: f64) -> f64 {
+    if flow.abs() < strength(outsiders, Oddity::MeterStall) {
+        0.0
+    } else {
+        flow
+    }
 }
 
 #[cfg(test)]
@@ -260,5 +376,34 @@ mod tests {
         let command = [0.0, 1.0, -3.3];
         assert_eq!(odd_command(&command, 1e-3, &[]), command);
         assert_eq!(odd_sensor(&[], -3.3, 0.7), -3.3);
+        assert_eq!(odd_meter(&[], -1e-9), -1e-9);
+    }
+
+    #[test]
+    fn what_is_odd_is_that_of_its_equation() {
+        let odd = |text: &str| [text.parse::<Outsider>().unwrap()];
+        let [settled, late] = ["gain_drift=0.5", "eddy_current=0.3"]
+            .map(|text| odd_command(&vec![2.0; 20_001], 1e-3, &odd(text)));
+        assert!((settled[2000] - (2.0 + 1.0 - (-1f64).exp())).abs() < 1e-12);
+        assert!((settled[20_000] - 3.0).abs() < 1e-4);
+        assert!(late.iter().all(|u| (u - 2.0).abs() < 1e-12));
+        let mut step = vec![2.0; 3];
+        step[0] = 0.0;
+        let late = odd_command(&step, 1e-3, &odd("eddy_current=0.3"));
+        let left = EDDIES.map(|lag| (-2e-3 / lag).exp()).iter().sum::<f64>() / 3.0;
+        assert!((late[2] - 2.0 * (1.0 - 0.3 * left)).abs() < 1e-12);
+        let shown = |text: &str, x| odd_sensor(&odd(text), x, 0.0);
+        assert_eq!(
+            [6.0, -7.0].map(|x| shown("range_switch=0.5", x)),
+            [6.0, -10.5]
+        );
+        let codes = [5.25, 5.5, -4.75, 0.1].map(|x| shown("missing_codes=0.5", x));
+        assert_eq!(codes, [5.0, 5.5, -5.0, 0.0]);
+        let stalled = [-1.5, 2.5].map(|flow| odd_meter(&odd("meter_stall=2"), flow));
+        assert_eq!(stalled, [0.0, 2.5]);
+        let supply = [0.0, 0.225, 0.675].map(|t| supply_hunting(0.19, t).powi(2));
+        for (supply, expected) in supply.into_iter().zip([1.0, 1.19, 0.81]) {
+            assert!((supply - expected).abs() < 1e-9, "{supply}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! What the sensors make of spool and flow.
 
 use super::filter::Lag;
-use super::outsider::{Outsider, odd_sensor};
+use super::outsider::{Oddity, Outsider, odd_meter, odd_sensor, strength};
 use super::planted::{Drift, Form, Kind, Planted};
 use super::valve::FULL_SCALE;
 use crate::record::Channel;
@@ -20,6 +20,8 @@ pub(super) struct Sensor {
     offset: f64,
     drift: Drift,
     disturbance: Option<Line>,
+    /// Half-width of the play in its linkage, V.
+    play: f64,
     seen: f64,
 }
 
@@ -112,6 +114,10 @@ impl Sensor {
             offset: on(Kind::SensorOffset).map_or(0.0, |p| p.value),
             drift: Drift::of(on(Kind::SensorDrift)),
             disturbance: on(Kind::PeriodicDisturbance).map(|p| Line::planted(p, rng)),
+            play: match channel {
+                Channel::Spool => strength(outsiders, Oddity::SensorPlay),
+                _ => 0.0,
+            },
             seen: value,
         };
         sensor.lags.iter_mut().for_each(|lag| lag.rest(value));
@@ -120,17 +126,16 @@ impl Sensor {
 
     /// Moves on by `h` s to `value`.
     pub(super) fn advance(&mut self, value: f64, h: f64) {
-        self.seen = self
-            .lags
-            .iter_mut()
-            .fold(value, |value, lag| lag.advance(value, h));
+        let lags = self.lags.iter_mut();
+        let value = lags.fold(value, |value, lag| lag.advance(value, h));
+        self.seen = self.seen.clamp(value - self.play, value + self.play);
     }
 
     /// What it shows at `time` s, in the channel's unit; `rate` is the command's, as outsiders take it.
     pub(super) fn read(&self, time: f64, rate: f64) -> f64 {
         let seen = match self.channel {
             Channel::Spool => odd_sensor(&self.outsiders, self.seen, rate),
-            _ => self.seen,
+            _ => odd_meter(&self.outsiders, self.seen),
         };
         let seen = self.curve.as_ref().map_or(seen, |curve| curve.at(seen));
         let line = self.disturbance.as_ref().map_or(0.0, |line| {

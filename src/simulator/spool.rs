@@ -22,7 +22,10 @@ pub(super) struct Spool {
     stop: Stop,
     quadratic_damping: f64,
     amplitude_gain: f64,
+    direction_gain: f64,
     detent: f64,
+    spring_preload: f64,
+    torque_limit: f64,
     feed_forward: f64,
     backlash: Option<Backlash>,
     transducer: Transducer,
@@ -219,7 +222,10 @@ impl Spool {
             stop,
             quadratic_damping: strength(outsiders, Oddity::QuadraticDamping),
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
+            direction_gain: strength(outsiders, Oddity::DirectionGain),
             detent: strength(outsiders, Oddity::Detent),
+            spring_preload: strength(outsiders, Oddity::SpringPreload),
+            torque_limit: strength(outsiders, Oddity::TorqueLimit),
             feed_forward: value(planted, Kind::FeedForward),
             backlash: find(planted, Kind::Hysteresis, Form::Feedback).map(|p| Backlash {
                 half_width: p.value,
@@ -380,7 +386,7 @@ impl Spool {
         }
     }
 
-    /// sat(u − x) and what flow force, soft stop and detent take from it, V; friction is not in it.
+    /// sat(u − x) and what flow force, soft stop, detent and preload take from it, V; friction is not in it.
     fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
         let fed_back = self.backlash.as_ref().map_or(x, |play| play.fed_back(x));
         let fed_back = self.transducer.shown(fed_back);
@@ -395,6 +401,9 @@ impl Spool {
         }
         if self.detent != 0.0 {
             drive -= outsider::detent(self.detent, x);
+        }
+        if self.spring_preload != 0.0 {
+            drive -= outsider::spring_preload(self.spring_preload, x);
         }
         drive
     }
@@ -431,15 +440,14 @@ impl Spool {
                     bend = (v - v.abs() * bristles * share) / width;
                 }
             }
-            let gain = self.valve.gain * outsider::amplitude_gain(self.amplitude_gain, x);
+            let gain = self.valve.gain
+                * outsider::amplitude_gain(self.amplitude_gain, x)
+                * outsider::direction_gain(self.direction_gain, drive);
             let speed = self.speed(x, v, drop, direction);
             let lost = if winds_up { speed } else { v };
             let drag = lost + outsider::quadratic_drag(self.quadratic_damping, v);
-            [
-                speed,
-                (gain * drive - drag) / self.valve.time_constant,
-                bend,
-            ]
+            let torque = outsider::limited_torque(self.torque_limit, gain * drive - drag);
+            [speed, torque / self.valve.time_constant, bend]
         });
         if let Speed::Limited(limit) = self.speed {
             end[1] = end[1].clamp(-limit, limit);

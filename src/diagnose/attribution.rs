@@ -4,6 +4,7 @@ use super::evidence::{Evidence, Model, Side};
 use super::led::led;
 use super::screen::{LEVEL, Screened, Screening};
 use super::stage::Stage;
+use super::verdict::taken;
 use super::wide::widely;
 use super::{Comparison, improvement};
 use crate::Result;
@@ -130,6 +131,13 @@ pub struct Added {
     pub error_after: f64,
     /// What it is compared on with its closest rival.
     pub contest: Option<Contest>,
+}
+
+impl Added {
+    /// What share it takes of what was left above the noise.
+    pub(super) fn taken(&self) -> f64 {
+        taken(self.error_before.powi(2), self.error_after.powi(2))
+    }
 }
 
 /// The result beside the same model with one effect less, and with another instead.

@@ -47,7 +47,7 @@ const SHORT: PolishOptions = PolishOptions {
 /// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster.
 const HEADROOM: f64 = 3.0;
 
-/// The measured rows, fitted and held out, with errors in units of each channel's noise.
+/// Measured rows, fitted and held out, with errors in units of each channel's noise.
 #[derive(Debug, Clone)]
 pub(super) struct Evidence {
     /// Fitted.
@@ -130,7 +130,7 @@ pub(super) enum Side {
 }
 
 impl Evidence {
-    /// The measurements in units of the noise by which `before` was fitted, in steps that suit its rates.
+    /// The rows by which effects are chosen, in units of the noise by which `before` was fitted, in steps that suit its rates.
     pub(super) fn new(
         before: &Fitted,
         noise: &BTreeMap<String, Noise>,
@@ -144,16 +144,16 @@ impl Evidence {
             parameter.high = parameter.high.min(value * HEADROOM);
         }
         let rate = before.problem.structure.fastest_rate(&near);
-        let steps = |records: &[Series]| {
-            let mut records = records.to_vec();
+        let chosen_by = measurements.chosen_by();
+        let steps = |mut records: Vec<Series>| {
             records
                 .iter_mut()
                 .for_each(|record| record.set_steps(rate, 1));
             Arc::new(Data::Series(records))
         };
         Self {
-            fit: steps(&measurements.fit),
-            hold_out: steps(&measurements.hold_out),
+            fit: steps(chosen_by.fit),
+            hold_out: steps(chosen_by.hold_out),
             scale: before.problem.scale,
             loss: before.problem.loss,
             noise: noise.clone(),

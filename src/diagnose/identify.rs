@@ -226,6 +226,7 @@ impl Diagnosis<'_> {
             diagnosed: !asked.is_empty() && base.model.is_some() && self.stage.goes_on(),
             before: 1.0,
             after: 1.0,
+            least_taken: 1.0,
             added: false,
             structured_before: before.structured(),
             structured_after: before.structured(),
@@ -352,6 +353,8 @@ impl Diagnosis<'_> {
         self.stage.begins("polishing the result");
         let candidate = self.fitted(base, &found.model)?;
         criteria.added = true;
+        let shares = found.added.iter().map(Added::taken);
+        criteria.least_taken = shares.fold(1.0, f64::min);
         criteria.structured_after = candidate.structured();
         criteria.least_followed = least_followed(&candidate, base.noise);
         criteria.least_ratio = self.least_ratio(&candidate, base.noise);

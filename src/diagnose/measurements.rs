@@ -14,6 +14,10 @@ use std::ops::Range;
 /// a dozen parameters.
 pub const ROWS: usize = 250_000;
 
+/// Effects are chosen by about so many rows of either side, if it has more: with all of them each model that is tried takes as
+/// many times as long, and says as much.
+const CHOSEN_BY: usize = 20_000;
+
 /// A stretch of a record too long to be used whole has at least about so many rows.
 const STRETCH: usize = 4096;
 /// A record too long to be used whole is cut into at most so many stretches.
@@ -194,14 +198,33 @@ impl Measurements {
         }
     }
 
+    /// The rows by which effects are chosen. What was chosen is fitted to all.
+    pub(super) fn chosen_by(&self) -> Sides<Vec<Series>> {
+        let some = |records: &[Series]| match self.is_static {
+            true => records.to_vec(),
+            false => lively(records),
+        };
+        Sides {
+            fit: some(&self.fit),
+            hold_out: some(&self.hold_out),
+        }
+    }
+
     /// Rows that count, fitted and held out.
     pub fn used(&self) -> usize {
-        let series = self.fit.iter().chain(&self.hold_out);
-        series
-            .flat_map(|one| &one.samples)
-            .filter(|sample| sample.weight > 0.0)
-            .count()
+        counted(self.fit.iter().chain(&self.hold_out))
     }
+
+    /// How many of them effects are chosen by.
+    pub fn choosing(&self) -> usize {
+        let Sides { fit, hold_out } = self.chosen_by();
+        counted(fit.iter().chain(&hold_out))
+    }
+}
+
+fn counted<'a>(series: impl Iterator<Item = &'a Series>) -> usize {
+    let rows = series.flat_map(|one| &one.samples);
+    rows.filter(|sample| sample.weight > 0.0).count()
 }
 
 /// The first row that counts.
@@ -230,6 +253,15 @@ struct Stretch {
 }
 
 impl Stretch {
+    /// The same of a record that has `first` rows more before it, over which the simulation may run in, too.
+    fn behind(self, first: usize) -> Self {
+        let counts = first + self.counts.start..first + self.counts.end;
+        Self {
+            run_in: counts.start.saturating_sub(counts.len() / RUN_IN),
+            counts,
+        }
+    }
+
     fn of(&self, whole: &Series) -> Series {
         let rows = self.run_in..self.counts.end;
         let mut series = Series {
@@ -243,6 +275,26 @@ impl Stretch {
         }
         series
     }
+}
+
+/// Lively stretches of the long ones of `records`, such that all together have about [`CHOSEN_BY`] rows that count.
+fn lively(records: &[Series]) -> Vec<Series> {
+    let rows = |record: &Series| record.samples.len() - first_counting(record);
+    let all: usize = records.iter().map(rows).sum();
+    let share = CHOSEN_BY as f64 / all as f64;
+    let some = |record: &Series| {
+        if share >= 1.0 || rows(record) as f64 * share < (2 * STRETCH) as f64 {
+            return vec![record.clone()];
+        }
+        let first = first_counting(record);
+        let counting = &record.samples[first..];
+        let command: Vec<f64> = counting.iter().map(|row| row.input.command).collect();
+        stretches(&command, share, command.len())
+            .into_iter()
+            .map(|stretch| stretch.behind(first).of(record))
+            .collect()
+    };
+    records.iter().flat_map(some).collect()
 }
 
 /// A record of `rows` rows, of which the first `fitted` are fitted: the others are run into from its beginning.
@@ -335,7 +387,49 @@ fn sections(rows: Range<usize>, count: usize) -> impl Iterator<Item = Range<usiz
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::problem::Sample;
+    use crate::model::{Input, Outputs};
     use proptest::prelude::*;
+
+    #[test]
+    fn of_long_records_stretches_all_along_choose_and_of_short_ones_all() {
+        let record = |rows: usize, run_in: usize| {
+            let sample = |row: usize| Sample {
+                input: Input {
+                    command: (row as f64 / 100.0).sin(),
+                    ..Input::default()
+                },
+                weight: f64::from(u8::from(row >= run_in)),
+                ..Sample::default()
+            };
+            Series {
+                name: "run".into(),
+                measured: Outputs::all(true),
+                time: (0..rows).map(|row| row as f64).collect(),
+                samples: (0..rows).map(sample).collect(),
+            }
+        };
+        let some = lively(&[record(60_000, 0), record(90_000, 30_000), record(1000, 0)]);
+        let count = |one: &Series| one.samples.iter().filter(|s| s.weight > 0.0).count();
+        let counts: Vec<usize> = some.iter().map(count).collect();
+        assert_eq!(counts, [4958, 4958, 4958, 4958, 1000]);
+        let begins: Vec<f64> = some[..4]
+            .iter()
+            .map(|one| one.time[first_counting(one)])
+            .collect();
+        for (begin, half) in begins.iter().zip([0.0, 30_000.0, 30_000.0, 60_000.0]) {
+            assert!((half..half + 30_000.0).contains(begin), "{begins:?}");
+        }
+        // One that runs in over rows that are not its own, too.
+        assert!(some[2..4].iter().all(|one| first_counting(one) >= 1239));
+        assert!(
+            some[2..4]
+                .iter()
+                .all(|one| one.time[first_counting(one)] >= 30_000.0)
+        );
+        let short = [record(20_000, 0)];
+        assert_eq!(lively(&short)[0].samples.len(), 20_000);
+    }
 
     #[test]
     fn both_directions_of_a_sweep_are_fitted_and_held_out() {

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Effects are a part of what is missing if they explain this share of what the base model leaves above the noise. Something
 /// else that merely resembles an effect seldom follows it so closely.
 const EXPLAINED: f64 = 0.8;
+/// And if each of them takes this share of what those before it have left above the noise, where they do not reach it. Several that
+/// take a little each are the pieces of a curve that is none of theirs.
+const TAKEN: f64 = 0.5;
 /// They are no part of what a model lacks that fails: of each channel it has to follow this share of what is held out.
 const FOLLOWED: f64 = 0.5;
 /// And the whole of it if the held-out error of every channel may be below this many times its noise, which itself is known
@@ -41,6 +44,15 @@ impl Verdict {
     }
 }
 
+/// Share of the held-out cost above the noise, in units of it, that is gone where it was one and is another.
+pub(super) fn taken(before: f64, after: f64) -> f64 {
+    let excess = |cost: f64| (cost - 1.0).max(0.0);
+    match excess(before) {
+        0.0 => 1.0,
+        before => 1.0 - excess(after) / before,
+    }
+}
+
 /// The criteria of the verdict.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Criteria {
@@ -50,6 +62,8 @@ pub(super) struct Criteria {
     pub(super) before: f64,
     /// The same with the effects that were added.
     pub(super) after: f64,
+    /// What share of the held-out cost above the noise an effect takes of what those before it have left, at least.
+    pub(super) least_taken: f64,
     /// Whether any effect was added.
     pub(super) added: bool,
     /// Whether the base model's residual has structure.
@@ -66,17 +80,14 @@ pub(super) struct Criteria {
 impl Criteria {
     /// Share of the held-out cost above the noise that the effects explain.
     pub(super) fn explained(&self) -> f64 {
-        let excess = |cost: f64| (cost - 1.0).max(0.0);
-        match excess(self.before) {
-            0.0 => 1.0,
-            before => 1.0 - excess(self.after) / before,
-        }
+        taken(self.before, self.after)
     }
 
     /// Whether effects that do not explain everything explain enough to be named.
     fn is_part(&self) -> bool {
-        let most = !self.structured_after || self.explained() >= EXPLAINED;
-        most && self.least_followed >= FOLLOWED
+        let believed = self.least_ratio < NEAR || self.least_taken >= TAKEN;
+        let most = self.explained() >= EXPLAINED && believed;
+        (most || !self.structured_after) && self.least_followed >= FOLLOWED
     }
 
     /// The verdict.
@@ -100,6 +111,7 @@ mod tests {
             diagnosed: true,
             before,
             after,
+            least_taken: 1.0,
             added: true,
             structured_before: true,
             structured_after,
@@ -115,6 +127,22 @@ mod tests {
             let criteria = Criteria {
                 least_followed,
                 ..part
+            };
+            assert_eq!(criteria.verdict(), verdict);
+        }
+    }
+
+    #[test]
+    fn a_pile_of_effects_that_take_a_little_each_is_no_part() {
+        for (least_taken, structured_after, least_ratio, verdict) in [
+            (0.55, true, 1.3, Verdict::Partly),
+            (0.45, true, 1.3, Verdict::Unexplained),
+            (0.45, true, 1.1, Verdict::Partly),
+            (0.45, false, 1.3, Verdict::Partly),
+        ] {
+            let criteria = Criteria {
+                least_taken,
+                ..criteria(9.0, 2.0, structured_after, least_ratio)
             };
             assert_eq!(criteria.verdict(), verdict);
         }

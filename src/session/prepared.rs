@@ -48,6 +48,14 @@ impl Prepared {
                 measurements.rows
             ));
         }
+        let choosing = measurements.choosing();
+        let looks = self.options.max_effects > 0 && !self.options.effects.is_empty();
+        if looks && choosing < used {
+            self.warnings.push(format!(
+                "effects are chosen by {choosing} of {used} rows, stretches all along the long records; the result is fitted to \
+                 all, and its figures are of all, but for the error before and after each effect"
+            ));
+        }
         if let Some(loss) = self.problem.loss {
             self.warnings.push(format!(
                 "in the fits an error costs what {} says, not its square",

@@ -13,7 +13,7 @@
 //!    helps alone. Where what was refitted leaves much, effects of how the spool moves are fitted to models that are led along
 //!    the measurement and then let go, and where that leaves much, all effects are searched for in a wide space.
 //! 4. *Grades*: effects are `found` if they bring the held-out error of every channel to its noise and leave nothing structured,
-//!    and a part (`partly`) if they explain 80 % of what was above it, each of them half of what those before it have left
+//!    and a part (`partly`) if they explain 80 % of what was above it, each of them 40 % of what those before it have left
 //!    where they do not reach the noise, and the model follows half of each channel's motion. Several that take a little each are
 //!    pieces of a curve that is none of theirs. Otherwise the verdict is `unexplained`, and the report describes what is missing by a curve of one signal at one port,
 //!    under `free_form`, never under a physical name.

@@ -380,6 +380,26 @@ fn a_german_page_has_no_english_text_and_fits_on_paper() {
         "odd/report.html",
     );
 
+    let long = [
+        "synthesize",
+        "--seconds",
+        "50",
+        "--no-flow",
+        "--out",
+        "long.csv",
+    ];
+    printed(&servobee(folder.path(), &long));
+    let call = [
+        "identify",
+        "long.csv",
+        "--effects",
+        "delay",
+        "--out",
+        "long",
+    ];
+    let long = page(&call, "long/report.html");
+    assert!(long.contains("Effekte werden nach 35000 von 50000 Zeilen gewählt"));
+
     create_dir(folder.path().join("in")).unwrap();
     for (seed, name) in [(1, "before.csv"), (2, "after.csv")] {
         let mut setup = Setup {

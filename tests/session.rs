@@ -172,6 +172,46 @@ fn an_evaluator_of_ones_own_that_is_wrong_is_named_and_another_takes_over() {
 }
 
 #[test]
+fn effects_of_a_long_record_are_chosen_by_stretches_and_fitted_to_all() {
+    let rows = 60_000;
+    let setup = Setup {
+        seconds: rows as f64 * 1e-3,
+        flow: false,
+        planted: vec!["null_bias=0.1".parse().unwrap()],
+        ..Setup::default()
+    };
+    let session = Session {
+        effects: effects_named("null_bias,delay").unwrap(),
+        ..Session::default()
+    };
+    let mut chosen = choose(servobee::evaluate::Choice::Cpu).unwrap();
+    let diagnosed = session
+        .identify(&[setup.record().unwrap()], &[], &mut chosen, &mut on)
+        .unwrap();
+    let document = diagnosed.document;
+    // What README says of its side: 20 000 of 42 000 fitted rows, and all of the 18 000 that are held out.
+    let readme = include_str!("../README.md").replace("\n  ", " ");
+    assert!(readme.contains("Effects are chosen by stretches of about 20 000 rows a side"));
+    let [warning] = &document.warnings[..] else {
+        panic!("{:?}", document.warnings);
+    };
+    let words = format!("effects are chosen by 38000 of {rows} rows, stretches all along");
+    assert!(warning.starts_with(&words), "{warning}");
+    assert_eq!(document.effect_names(), ["null_bias"]);
+    let used = &document.records[0];
+    assert_eq!((used.fitted, used.held_out), (42_000, 18_000));
+    // The noise is 0.03 V, and an offset of white noise is known to so much of as many rows.
+    let bias = document
+        .parameters
+        .iter()
+        .find(|one| one.name == "null_bias");
+    let known_to = |rows: f64| 2.0 * 1.96 * 0.03 / rows.sqrt();
+    let width = bias.map(|bias| bias.high - bias.low).unwrap();
+    println!("{width:e} V; {:e} of the stretches", known_to(20e3));
+    assert!(width < 0.9 * known_to(20e3), "{width}");
+}
+
+#[test]
 fn numbers_that_no_record_can_be_cut_or_scaled_by_are_refused() {
     let cut = |hold_out, rows| Session {
         cut: Cut { hold_out, rows },

@@ -3,7 +3,7 @@
 use super::conditions::Conditions;
 use super::simulation::Sides;
 use crate::Result;
-use crate::evaluate::problem::Series;
+use crate::evaluate::problem::{Sample, Series};
 use crate::model::Structure;
 use crate::model::base::servo_valve::remarks;
 use crate::record::{HOLD_OUT, Record, reversals};
@@ -133,7 +133,10 @@ impl Measurements {
                 return Ok(());
             }
             let stretches = match share < 1.0 {
-                true => stretches(&record.command().values, share, fitted),
+                true => {
+                    let command = &record.command().values;
+                    stretches(command, 0..command.len(), share, fitted)
+                }
                 false => whole_record(record.samples(), fitted),
             };
             for stretch in stretches {
@@ -200,31 +203,48 @@ impl Measurements {
 
     /// The rows by which effects are chosen. What was chosen is fitted to all.
     pub(super) fn chosen_by(&self) -> Sides<Vec<Series>> {
-        let some = |records: &[Series]| match self.is_static {
-            true => records.to_vec(),
-            false => lively(records),
+        let cut = |records: &[Series]| {
+            let stretches = self.choosing_stretches(records);
+            stretches.map(|(record, one)| one.of(record)).collect()
         };
         Sides {
-            fit: some(&self.fit),
-            hold_out: some(&self.hold_out),
+            fit: cut(&self.fit),
+            hold_out: cut(&self.hold_out),
         }
+    }
+
+    /// How many of the rows that count effects are chosen by.
+    pub fn choosing(&self) -> usize {
+        let count = |records: &[Series]| -> usize {
+            let stretches = self.choosing_stretches(records);
+            let rows = stretches.map(|(record, one)| counted(&record.samples[one.counts]));
+            rows.sum()
+        };
+        count(&self.fit) + count(&self.hold_out)
+    }
+
+    /// The stretches of these `records`, one side's, by which effects are chosen.
+    fn choosing_stretches<'a>(
+        &self,
+        records: &'a [Series],
+    ) -> impl Iterator<Item = (&'a Series, Stretch)> {
+        let most = match self.is_static {
+            true => usize::MAX,
+            false => CHOSEN_BY,
+        };
+        lively(records, most)
     }
 
     /// Rows that count, fitted and held out.
     pub fn used(&self) -> usize {
-        counted(self.fit.iter().chain(&self.hold_out))
-    }
-
-    /// How many of them effects are chosen by.
-    pub fn choosing(&self) -> usize {
-        let Sides { fit, hold_out } = self.chosen_by();
-        counted(fit.iter().chain(&hold_out))
+        let all = self.fit.iter().chain(&self.hold_out);
+        all.map(|one| counted(&one.samples)).sum()
     }
 }
 
-fn counted<'a>(series: impl Iterator<Item = &'a Series>) -> usize {
-    let rows = series.flat_map(|one| &one.samples);
-    rows.filter(|sample| sample.weight > 0.0).count()
+/// How many of these rows count.
+fn counted(rows: &[Sample]) -> usize {
+    rows.iter().filter(|row| row.weight > 0.0).count()
 }
 
 /// The first row that counts.
@@ -253,15 +273,6 @@ struct Stretch {
 }
 
 impl Stretch {
-    /// The same of a record that has `first` rows more before it, over which the simulation may run in, too.
-    fn behind(self, first: usize) -> Self {
-        let counts = first + self.counts.start..first + self.counts.end;
-        Self {
-            run_in: counts.start.saturating_sub(counts.len() / RUN_IN),
-            counts,
-        }
-    }
-
     fn of(&self, whole: &Series) -> Series {
         let rows = self.run_in..self.counts.end;
         let mut series = Series {
@@ -277,24 +288,23 @@ impl Stretch {
     }
 }
 
-/// Lively stretches of the long ones of `records`, such that all together have about [`CHOSEN_BY`] rows that count.
-fn lively(records: &[Series]) -> Vec<Series> {
-    let rows = |record: &Series| record.samples.len() - first_counting(record);
-    let all: usize = records.iter().map(rows).sum();
-    let share = CHOSEN_BY as f64 / all as f64;
-    let some = |record: &Series| {
-        if share >= 1.0 || rows(record) as f64 * share < (2 * STRETCH) as f64 {
-            return vec![record.clone()];
-        }
-        let first = first_counting(record);
-        let counting = &record.samples[first..];
-        let command: Vec<f64> = counting.iter().map(|row| row.input.command).collect();
-        stretches(&command, share, command.len())
-            .into_iter()
-            .map(|stretch| stretch.behind(first).of(record))
-            .collect()
-    };
-    records.iter().flat_map(some).collect()
+/// Lively stretches of the long ones of `records`, and the others whole, such that all together have about `most` rows that count.
+fn lively(records: &[Series], most: usize) -> impl Iterator<Item = (&Series, Stretch)> {
+    let rows = |record: &Series| first_counting(record)..record.samples.len();
+    let all: usize = records.iter().map(|record| rows(record).len()).sum();
+    let share = most as f64 / all as f64;
+    records.iter().flat_map(move |record| {
+        let counts = rows(record);
+        let some = match share >= 1.0 || (counts.len() as f64 * share) < (2 * STRETCH) as f64 {
+            true => vec![Stretch { run_in: 0, counts }],
+            false => {
+                let samples = record.samples.iter();
+                let command: Vec<f64> = samples.map(|row| row.input.command).collect();
+                stretches(&command, counts.clone(), share, counts.end)
+            }
+        };
+        some.into_iter().map(move |stretch| (record, stretch))
+    })
 }
 
 /// A record of `rows` rows, of which the first `fitted` are fitted: the others are run into from its beginning.
@@ -333,11 +343,10 @@ fn held_in_turn(command: &[f64], share: f64) -> Vec<bool> {
     held
 }
 
-/// Stretches all along a record with this `command` which have about `share` of its rows: of each of equal sections the
-/// one in which the command moves most. None lies on both sides of row `fitted`, and either side has one.
-fn stretches(command: &[f64], share: f64, fitted: usize) -> Vec<Stretch> {
-    let rows = command.len();
-    let wanted = (rows as f64 * share) as usize;
+/// Stretches all along those `rows` of a record with this `command` that count, which have about `share` of them: of each of equal
+/// sections the one in which the command moves most. None lies on both sides of row `fitted`, and either side has one.
+fn stretches(command: &[f64], rows: Range<usize>, share: f64, fitted: usize) -> Vec<Stretch> {
+    let wanted = (rows.len() as f64 * share) as usize;
     let count = (wanted / STRETCH).clamp(2, STRETCHES);
     let length = (wanted / count).max(1);
     let travel: Vec<f64> = std::iter::once(0.0)
@@ -346,11 +355,12 @@ fn stretches(command: &[f64], share: f64, fitted: usize) -> Vec<Stretch> {
             Some(*sum)
         }))
         .collect();
-    let held = (count as f64 * (rows - fitted) as f64 / rows as f64).round() as usize;
-    let held = match fitted {
-        0 => count,
-        _ if fitted == rows => 0,
-        _ => held.clamp(1, count - 1),
+    let [fitted, held] = [rows.start..fitted, fitted..rows.end];
+    let later = (count as f64 * held.len() as f64 / rows.len() as f64).round() as usize;
+    let later = match (fitted.is_empty(), held.is_empty()) {
+        (true, _) => count,
+        (_, true) => 0,
+        _ => later.clamp(1, count - 1),
     };
     let liveliest = |section: Range<usize>| {
         let last = section.end.saturating_sub(length).max(section.start);
@@ -369,7 +379,7 @@ fn stretches(command: &[f64], share: f64, fitted: usize) -> Vec<Stretch> {
             counts: begin..(begin + length).min(section.end),
         }
     };
-    [(0..fitted, count - held), (fitted..rows, held)]
+    [(fitted, count - later), (held, later)]
         .into_iter()
         .flat_map(|(side, count)| sections(side, count))
         .map(liveliest)
@@ -387,7 +397,6 @@ fn sections(rows: Range<usize>, count: usize) -> impl Iterator<Item = Range<usiz
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluate::problem::Sample;
     use crate::model::{Input, Outputs};
     use proptest::prelude::*;
 
@@ -409,9 +418,12 @@ mod tests {
                 samples: (0..rows).map(sample).collect(),
             }
         };
-        let some = lively(&[record(60_000, 0), record(90_000, 30_000), record(1000, 0)]);
-        let count = |one: &Series| one.samples.iter().filter(|s| s.weight > 0.0).count();
-        let counts: Vec<usize> = some.iter().map(count).collect();
+        let cut = |records: &[Series]| -> Vec<Series> {
+            let stretches = lively(records, CHOSEN_BY);
+            stretches.map(|(record, one)| one.of(record)).collect()
+        };
+        let some = cut(&[record(60_000, 0), record(90_000, 30_000), record(1000, 0)]);
+        let counts: Vec<usize> = some.iter().map(|one| counted(&one.samples)).collect();
         assert_eq!(counts, [4958, 4958, 4958, 4958, 1000]);
         let begins: Vec<f64> = some[..4]
             .iter()
@@ -427,8 +439,7 @@ mod tests {
                 .iter()
                 .all(|one| one.time[first_counting(one)] >= 30_000.0)
         );
-        let short = [record(20_000, 0)];
-        assert_eq!(lively(&short)[0].samples.len(), 20_000);
+        assert_eq!(cut(&[record(20_000, 0)])[0].samples.len(), 20_000);
     }
 
     #[test]
@@ -466,7 +477,7 @@ mod tests {
         ) {
             let fitted = ((1.0 - held) * rows as f64).round() as usize;
             let command: Vec<f64> = (0..rows).map(|row| (0.01 * row as f64).sin()).collect();
-            let all = stretches(&command, share, fitted);
+            let all = stretches(&command, 0..rows, share, fitted);
             let used: usize = all.iter().map(|one| one.counts.len()).sum();
             prop_assert!(used as f64 <= (share * rows as f64).max(2.0), "{used}");
             prop_assert!(used as f64 >= 0.4 * (share * rows as f64).floor(), "{used} of {rows}");
@@ -487,7 +498,7 @@ mod tests {
         // At rest but for a step near the end of each side.
         let moved = |row: usize| f64::from(u8::from((6000..6100).contains(&row) || row >= 9500));
         let command: Vec<f64> = (0..10_000).map(moved).collect();
-        let all = stretches(&command, 0.1, 7000);
+        let all = stretches(&command, 0..10_000, 0.1, 7000);
         assert_eq!(all.len(), 2);
         let alive = |one: &Stretch| {
             let rows = &command[one.counts.clone()];

@@ -34,6 +34,7 @@ FORCE_IN_FRONT, KARNOPP, FORCE_BEHIND, SOFT_STOP, STOP, CLAMP, BIAS, JUMP, CUBIC
 LAPPED, ONE_EDGE, ROUND_EDGES, KNEE, SLOPES, UNDERLAP, PORT_SHAPE, SHIFT, ROUND_PORT, LEAKY_LAP = range(20, 30)
 ACCUMULATOR, VOLUMES, LINE, WARM_UP, METER, RIPPLE, ZERO, HUNTING, SLIP, PUMP = range(30, 40)
 TRANSDUCER, HUM, THERMAL, SQUARE, SAMPLED = range(40, 45)
+COIL, FILTER, DEAD_COMMAND = range(45, 48)
 
 
 @numba.njit(cache=True)
@@ -47,7 +48,7 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
     spool, flow = np.empty(u.size), np.empty(u.size)
     z = x = v = 0.0
     plays, ring = np.zeros(4), np.zeros(4096)
-    ramp = bristle = q1 = q2 = rate = 0.0
+    ramp = bristle = q1 = q2 = rate = current = rising = 0.0
     supply, place, t = 1.0, 0, 0.0
     for k in range(u.size * every):
         row = k // every
@@ -72,6 +73,16 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
             c += p[0]
         elif cause == JUMP and abs(c) <= p[0]:
             c = 0.0
+        elif cause == COIL:
+            current += (c - current) / p[0] * STEP
+            c = current
+        elif cause == FILTER:
+            corner = 2 * np.pi * p[0]
+            rising += corner * (corner * (c - current) - 1.6 * rising) * STEP
+            current += rising * STEP
+            c = current
+        elif cause == DEAD_COMMAND:
+            c -= limited(c, p[0])
         fed_back = x
         if cause == PLAY_OF_FEEDBACK:
             plays[0] = max(x - p[0], min(x + p[0], plays[0]))
@@ -217,7 +228,7 @@ CAUSES = {
     "stop, integrator running on": Cause(STOP, ("stroke_limit",), 5, 7),
     "amplifier that clamps": Cause(CLAMP, ("stroke_limit",), 5, 7),
     "null bias": Cause(BIAS, ("null_bias",), 0.1, 0.4),
-    "dead band that jumps": Cause(JUMP, (), 0.2, 0.5),
+    "dead band that jumps": Cause(JUMP, ("dead_band",), 0.2, 0.5),
     "cubic transducer in the loop": Cause(CUBIC, ("feedback_curvature",), 0.05, 0.15),
     "overlap": Cause(LAPPED, ("overlap",), 0.1, 0.5),
     "overlap of one edge": Cause(ONE_EDGE, ("overlap",), 0.2, 0.6),
@@ -246,6 +257,9 @@ CAUSES = {
     "overlap that leaks": Cause(LEAKY_LAP, ("overlap", "gain_curvature"), 0.2, 0.6),
     "pump that droops with the square of the flow": Cause(PUMP, ("supply_droop",), 0.1, 0.3),
     "late spool sensor": Cause(SAMPLED, ("sensor_lag", "delay"), 0.002, 0.006),
+    "coil": Cause(COIL, ("command_lag",), 0.001, 0.004),
+    "filter of the amplifier": Cause(FILTER, ("command_lag",), 40, 150),
+    "dead band of the amplifier": Cause(DEAD_COMMAND, ("dead_band",), 0.1, 0.5),
 }
 # What the catalogue has another name for, where nothing tells the two apart.
 ALIKE = [{"null_bias", "sensor_offset"}, {"flow_force", "dc_gain"}, {"asymmetric_gain", "null_bias"}]

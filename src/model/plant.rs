@@ -190,6 +190,13 @@ impl<R: Real> Plant<R> {
                     effect.action.settled(own, command);
                     command = effect.action.command(own, command);
                 }
+                // What acts in steps gets the command that the others leave.
+                for effect in &self.attached.effects {
+                    if effect.in_steps {
+                        let own = &mut state[effect.states.clone()];
+                        effect.action.settled(own, command);
+                    }
+                }
                 command
             },
         )
@@ -228,7 +235,12 @@ impl<R: Real> Dynamics<R> for Plant<R> {
     fn initial<const N: usize>(&self, input: &Input<R>, measured: &Outputs<R>) -> [R; N] {
         let mut state = [R::constant(0.0); N];
         let mut input = *input;
-        input.command = self.settled_command(&mut state, input.command);
+        // What begins at rest has long had no command.
+        let long = match self.initial {
+            Initial::Rest => R::constant(0.0),
+            _ => input.command,
+        };
+        input.command = self.settled_command(&mut state, long);
         each_base!(BaseEquations, &self.base, base => {
             base.initial(&self.attached, &mut state, &input, measured, self.initial);
         });

@@ -154,6 +154,8 @@ pub(super) struct Placed<R> {
     pub(super) action: Action<R>,
     pub(super) states: Range<usize>,
     pub(super) output: Option<Output>,
+    /// Whether it acts within the integration steps that move the spool.
+    pub(super) in_steps: bool,
 }
 
 /// The effects of a structure and its correction.
@@ -180,7 +182,7 @@ impl<R: Real> Attached<R> {
     ) -> Self {
         let mut effects = Vec::with_capacity(attached.len());
         let (mut follows_flow, mut feels_load) = (false, false);
-        let (mut pulls, mut sticks) = (false, false);
+        let (mut pulls, mut sticks, mut ends_steps) = (false, false, false);
         for effect in attached {
             let has_states = !effect.entry.states.is_empty();
             follows_flow |=
@@ -191,7 +193,10 @@ impl<R: Real> Attached<R> {
             feels_load |= effect.entry.port == Port::Actuator && action.feels_load();
             pulls |= action.pulls();
             sticks |= action.sticks();
+            let in_steps = effect.entry.port == Port::Actuator || action.acts_on_the_reference();
+            ends_steps |= in_steps;
             effects.push(Placed {
+                in_steps,
                 action,
                 states: first..state,
                 output: effect.output,
@@ -200,9 +205,7 @@ impl<R: Real> Attached<R> {
         Self {
             effects,
             correction: correction.map(|form| Correction::new(form, next)),
-            ends_steps: attached
-                .iter()
-                .any(|effect| effect.entry.port == Port::Actuator),
+            ends_steps,
             follows_flow,
             feels_load,
             pulls,

@@ -14,7 +14,7 @@ use crate::record::Channel;
 use serde::{Deserialize, Serialize};
 
 /// Most states of a structure: the time loops are compiled for so many.
-pub(crate) const MOST_STATES: usize = 30;
+pub(crate) const MOST_STATES: usize = 33;
 
 /// Which parts the model has. In a model file the fields of a servo valve stand beside the others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -240,8 +240,8 @@ impl Structure {
     /// command that is constant or goes straight, and nothing else moves but what [follows](Self::has_followers).
     pub fn has_exact_steps(&self) -> bool {
         let still = |effect: &Effect| match effect.entry.port {
+            _ if effect.acts_in_steps() => false,
             Port::Command => self.hold == Hold::Held,
-            Port::Actuator => false,
             _ => effect.output.is_some() || effect.entry.states.is_empty(),
         };
         let correction = |form: &FreeForm| match form.port {

@@ -124,9 +124,11 @@ impl Open {
         let speed = valve.gain * valve.saturation;
         let dial = match kind {
             Kind::Delay => Dial::rising(0.002, 0.08),
+            Kind::DeadBand => Dial::rising(0.2, 2.5),
             Kind::DcGain => Dial::rising(0.03, 0.4).signed(rng).from(1.0),
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),
+            Kind::CommandLag => Dial::rising(0.003, 0.1),
             Kind::FeedForward => Dial::rising(0.003, 0.1),
             Kind::FeedbackCurvature => Dial::rising(0.2, 1.5).signed(rng),
             Kind::SlewLimit => Dial::limit(2.0 * speed, 0.7 * speed, 0.05 * speed),

@@ -1,26 +1,40 @@
-//! From the held command to what the spool's loop gets: delay, limits of its speed and size, gain, null bias and hysteresis.
+//! From the held command to what the spool's loop gets: delay, limits of its speed and size, dead band, gain, null bias, hysteresis and
+//! lag.
 
-use super::filter::runge_kutta;
+use super::filter::{Lag, runge_kutta};
 use super::planted::{Form, Kind, Planted, find, value};
 
 /// The path of the command.
 pub(super) struct Electronics {
+    dead_band: f64,
     dc_gain: f64,
     null_bias: f64,
     pade: Option<Pade>,
     ramp: Option<Ramp>,
     clamp: Option<f64>,
     hysteresis: Option<Hysteresis>,
+    /// The one behind the other.
+    lags: Vec<Lag>,
 }
 
 impl Electronics {
     /// The path in equilibrium with `command`.
     pub(super) fn new(planted: &[Planted], command: f64) -> Self {
+        let dead_band = value(planted, Kind::DeadBand);
         let null_bias = value(planted, Kind::NullBias);
         let dc_gain = find(planted, Kind::DcGain, Form::Usual).map_or(1.0, |p| p.value);
-        Self {
+        let lag = |form| find(planted, Kind::CommandLag, form).map(|p| p.value);
+        let lags = match (lag(Form::Usual), lag(Form::SecondOrder)) {
+            (Some(whole), _) => vec![Lag::new(whole)],
+            // Together as late as the one.
+            (None, Some(whole)) => vec![Lag::new(whole / 2.0), Lag::new(whole / 2.0)],
+            (None, None) => vec![],
+        };
+        let mut path = Self {
+            dead_band,
             dc_gain,
             null_bias,
+            lags,
             pade: find(planted, Kind::Delay, Form::Pade).map(|p| Pade::new(p.value, command)),
             ramp: find(planted, Kind::SlewLimit, Form::Command).map(|p| Ramp {
                 limit: p.value,
@@ -28,7 +42,10 @@ impl Electronics {
             }),
             clamp: find(planted, Kind::StrokeLimit, Form::Command).map(|p| p.value),
             hysteresis: Hysteresis::planted(planted, dc_gain * command + null_bias),
-        }
+        };
+        let settled = path.passed(command);
+        path.lags.iter_mut().for_each(|lag| lag.rest(settled));
+        path
     }
 
     /// What leaves at the start and at the end of a step of `h` s through which `command` enters.
@@ -41,11 +58,21 @@ impl Electronics {
             Some(ramp) => ramp.step(entering[1], h),
             None => entering,
         };
-        entering.map(|u| {
-            let u = self.dc_gain * u + self.null_bias;
-            let u = self.hysteresis.as_mut().map_or(u, |h| h.apply(u));
-            self.clamp.map_or(u, |limit| u.clamp(-limit, limit))
+        let passed = entering.map(|u| self.passed(u));
+        let lags = self.lags.iter_mut();
+        lags.fold(passed, |[start, end], lag| {
+            lag.jump(start);
+            let before = lag.value;
+            [before, lag.advance(end, h)]
         })
+    }
+
+    /// What leaves without its lags where `command` enters.
+    fn passed(&mut self, command: f64) -> f64 {
+        let u = command - command.clamp(-self.dead_band, self.dead_band);
+        let u = self.dc_gain * u + self.null_bias;
+        let u = self.hysteresis.as_mut().map_or(u, |h| h.apply(u));
+        self.clamp.map_or(u, |limit| u.clamp(-limit, limit))
     }
 }
 

@@ -24,6 +24,11 @@ impl Lag {
         (self.input, self.value) = (input, input);
     }
 
+    /// Lets the input jump to `input`, which the output follows from then on.
+    pub(super) fn jump(&mut self, input: f64) {
+        self.input = input;
+    }
+
     /// Moves on by `h` s, in which the input goes straight to `input`: exact.
     pub(super) fn advance(&mut self, input: f64, h: f64) -> f64 {
         let behind = (input - self.input) / h * self.time_constant;
@@ -96,8 +101,7 @@ mod tests {
     fn a_lag_follows_a_step_and_a_ramp_as_the_exponential_says() {
         let mut lag = Lag::new(0.02);
         lag.rest(0.0);
-        // The step is a ramp of no length: its end is the input from the start.
-        lag.input = 1.0;
+        lag.jump(1.0);
         for _ in 0..1000 {
             lag.advance(1.0, 2e-5);
         }

@@ -12,12 +12,16 @@ use std::str::FromStr;
 pub enum Kind {
     /// The command arrives θ late, exactly: u(t − θ). \[s\]
     Delay,
+    /// What of the command is within ±d does nothing: u − max(−d, min(u, d)). \[V\]
+    DeadBand,
     /// The loop is asked for a share g of its command: g u. \[1\]
     DcGain,
     /// The command is off by u0: u + u0. \[V\]
     NullBias,
     /// A play of half-width b on the command: y = max(u − b, min(u + b, y₋)). \[V\]
     Hysteresis,
+    /// The command through a lag of this time constant. \[s\]
+    CommandLag,
     /// The loop has a zero: what moves spool and valve is x + T x'. \[s\]
     FeedForward,
     /// What the loop is fed back: x + s (x / full scale)² + c (x / full scale)³, c its value. \[V\]
@@ -171,11 +175,13 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 26] = [
         Self::Delay,
+        Self::DeadBand,
         Self::DcGain,
         Self::NullBias,
         Self::Hysteresis,
+        Self::CommandLag,
         Self::FeedForward,
         Self::FeedbackCurvature,
         Self::SlewLimit,
@@ -205,10 +211,12 @@ impl Kind {
         };
         match self {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
+            Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2, &[], &[]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96, &[], &[]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3, &[], &[]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
+            Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::FeedbackCurvature => entry("feedback_curvature", "V", "spool", (-2.0, 2.0), 0.4,
                 &[], &[("square", 0.0, USUAL)]),

@@ -113,6 +113,11 @@ pub trait Act<R: Real> {
         command
     }
 
+    /// Whether an effect on the command acts within integration steps, by [`Act::reference`]. One on the actuator always does.
+    fn acts_on_the_reference(&self) -> bool {
+        false
+    }
+
     /// The reference that the loop compares a spool at `spool` with, in an integration step that began with these states.
     #[inline(always)]
     fn reference(&self, _own: &[R], command: R, _spool: R, _stage: &Stage<R>) -> R {
@@ -215,7 +220,7 @@ pub trait Act<R: Real> {
         flow
     }
 
-    /// The effect's states when what it filters has long been `value`.
+    /// The effect's states when what it filters, or the command that it gets, has long been `value`.
     #[inline(always)]
     fn settled(&self, _own: &mut [R], _value: R) {}
 

@@ -78,6 +78,12 @@ impl Effect {
             .is_some()
     }
 
+    /// Whether it acts within the integration steps that move the spool.
+    pub(in crate::model) fn acts_in_steps(&self) -> bool {
+        let action = Action::<f64>::new(self.entry.name, || 1.0);
+        self.entry.port == Port::Actuator || action.acts_on_the_reference()
+    }
+
     /// Whether it puts a spool that moves ahead of where the loop has it.
     pub(crate) fn leads(&self) -> bool {
         let action = Action::<f64>::new(self.entry.name, || 1.0);

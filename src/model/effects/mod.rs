@@ -67,6 +67,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.command(own, command),)* Self::Own(users) => users.0.command(own, command) }
             }
             #[inline(always)]
+            fn acts_on_the_reference(&self) -> bool {
+                match self { $(Self::$Type(effect) => Act::<R>::acts_on_the_reference(effect),)* Self::Own(users) => users.0.acts_on_the_reference() }
+            }
+            #[inline(always)]
             fn reference(&self, own: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
                 match self { $(Self::$Type(effect) => effect.reference(own, command, spool, stage),)* Self::Own(users) => users.0.reference(own, command, spool, stage) }
             }
@@ -151,8 +155,10 @@ macro_rules! catalogue {
 }
 
 mod asymmetric_gain;
+mod command_lag;
 mod compressibility;
 mod dc_gain;
+mod dead_band;
 mod delay;
 mod feed_forward;
 mod feedback_curvature;
@@ -178,9 +184,11 @@ mod viscosity_drift;
 
 catalogue! {
     delay::Delay,
+    dead_band::DeadBand,
     dc_gain::DcGain,
     null_bias::NullBias,
     hysteresis::Hysteresis,
+    command_lag::CommandLag,
     feed_forward::FeedForward,
     slew_limit::SlewLimit,
     flow_force::FlowForce,
@@ -210,6 +218,7 @@ catalogue! {
     slew_limit::SlewLimitTanh = TANH,
     slew_limit::SlewLimitOfPilot = PILOT,
     slew_limit::SlewLimitOfCommand = COMMAND,
+    command_lag::CommandLagOfSecondOrder = SECOND_ORDER,
     hysteresis::HysteresisOfFeedback = FEEDBACK,
     overlap::OverlapRounded = ROUNDED,
     overlap::OverlapOfEdges = EDGES,

@@ -23,6 +23,12 @@ impl<R: Real> SecondOrder<R> {
             share: next(),
         }
     }
+
+    /// What passes of `value`, whose lag is at `late`.
+    #[inline(always)]
+    pub(super) fn of(&self, late: R, value: R) -> R {
+        value + self.share * (late - value)
+    }
 }
 
 impl<R: Real> Act<R> for SecondOrder<R> {
@@ -56,6 +62,6 @@ impl<R: Real> Act<R> for SecondOrder<R> {
 
     #[inline(always)]
     fn measure(&self, own: &[R], value: R, _moment: &Moment<R>) -> R {
-        value + self.share * (own[0] - value)
+        self.of(own[0], value)
     }
 }

@@ -349,8 +349,8 @@ impl<R: Real> Act<R> for SlewLimitOfCommand<R> {
     }
 
     #[inline(always)]
-    fn settled_spool(&self, own: &mut [R], spool: R) {
-        own[0] = spool;
+    fn settled(&self, own: &mut [R], command: R) {
+        own[0] = command;
     }
 }
 

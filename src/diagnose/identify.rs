@@ -6,7 +6,7 @@ use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{Between, OtherHold, complete_other_way, other_way};
 use super::identified::Identified;
-use super::located::{Located, located};
+use super::located::{Located, located, misplaced};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
 use super::run_in::{at_rest, is_better, with_run_in};
@@ -227,6 +227,7 @@ impl Diagnosis<'_> {
             before: 1.0,
             after: 1.0,
             least_taken: 1.0,
+            misplaced: false,
             added: false,
             structured_before: before.structured(),
             structured_after: before.structured(),
@@ -358,7 +359,18 @@ impl Diagnosis<'_> {
         criteria.structured_after = candidate.structured();
         criteria.least_followed = least_followed(&candidate, base.noise);
         criteria.least_ratio = self.least_ratio(&candidate, base.noise);
-        if matches!(criteria.verdict(), Verdict::Found | Verdict::Partly) {
+        let named =
+            |criteria: &Criteria| matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
+        if named(criteria) && self.stage.goes_on() {
+            let added = found.added.iter();
+            let effects: Vec<Effect> = added
+                .flat_map(|one| one.tied_with.iter().copied().chain([one.effect]))
+                .collect();
+            let interrupt = self.plan.memory.interrupt();
+            let (fitted, noise) = (base.fitted, base.noise);
+            criteria.misplaced = misplaced(fitted, self.measurements, noise, interrupt, &effects);
+        }
+        if named(criteria) {
             return Ok(Some(candidate));
         }
         let added: Vec<Effect> = found.added.iter().map(|one: &Added| one.effect).collect();

@@ -70,6 +70,9 @@ struct Piece {
     fails: f64,
 }
 
+/// A piece is sure to fail where the chance of that is above this, and sure to hold where it is below what this leaves.
+const SURE: f64 = 0.9;
+
 /// Where `fitted` fails; `None` where it has no two pieces, where one does not fit at all, or where none fails.
 pub(super) fn located(
     fitted: &Fitted,
@@ -77,36 +80,39 @@ pub(super) fn located(
     noise: &BTreeMap<String, Noise>,
     interrupt: &Interrupt,
 ) -> Option<Located> {
-    let structure = &fitted.problem.structure;
-    let observes_both = [Output::Spool, Output::Flow].map(|output| structure.observes(output));
-    let moves = structure.servo_valve()?.drive == Drive::Actuator;
-    if observes_both != [true, true] || !moves || structure.free_form.is_some() {
-        return None;
+    let cut = Cut::new(fitted, measurements, noise, interrupt)?;
+    place_of(&cut.spool()?, &cut.path()?, &cut.chain()?)
+}
+
+/// Whether `effects` act only where `fitted` lacks nothing: all behind the spool, and it is the spool that it does not follow, or all
+/// before the spool, and it is the flow.
+pub(super) fn misplaced(
+    fitted: &Fitted,
+    measurements: &Measurements,
+    noise: &BTreeMap<String, Noise>,
+    interrupt: &Interrupt,
+    effects: &[Effect],
+) -> bool {
+    let at_sensor = |effect: &Effect| effect.output == Some(Output::Spool);
+    let all_before = effects.iter().all(acts_before_the_spool);
+    let all_behind = !effects
+        .iter()
+        .any(|effect| acts_before_the_spool(effect) || at_sensor(effect));
+    let Some(cut) = Cut::new(fitted, measurements, noise, interrupt) else {
+        return false;
+    };
+    // One piece tells in most cases.
+    let holds = |piece: Option<Piece>| piece.is_some_and(|piece| piece.fails < 1.0 - SURE);
+    let fails = |piece: Option<Piece>| piece.is_some_and(|piece| piece.fails > SURE);
+    match (all_before, all_behind) {
+        (true, _) => holds(cut.spool()) && fails(cut.path()),
+        (_, true) => holds(cut.path()) && fails(cut.spool()),
+        _ => false,
     }
-    let both = |records: &[Series]| -> Vec<Series> {
-        let both = |one: &&Series| one.measured[Output::Spool] && one.measured[Output::Flow];
-        records.iter().filter(both).cloned().collect()
-    };
-    let [fit, hold_out] = [&measurements.fit, &measurements.hold_out].map(|side| both(side));
-    let cut = Cut {
-        fitted,
-        interrupt,
-        noise: Outputs::from_fn(|output| noise.get(output.name()).map_or(0.0, |one| one.value)),
-    };
-    let before = |effect: &Effect| matches!(effect.entry.port, Port::Command | Port::Actuator);
-    let of = |effect: &Effect, output| effect.output == Some(output);
-    let commanded = [fit.clone(), hold_out.clone()];
-    let spool = cut.piece(Output::Spool, false, commanded.clone(), |effect| {
-        before(effect) || of(effect, Output::Spool)
-    })?;
-    let chain = cut.piece(Output::Flow, false, commanded, |effect| {
-        !of(effect, Output::Spool)
-    })?;
-    let measured = [fit, hold_out].map(|side| cut.with_the_spool_as_command(side));
-    let path = cut.piece(Output::Flow, true, measured, |effect| {
-        !before(effect) && !of(effect, Output::Spool)
-    })?;
-    place_of(&spool, &path, &chain)
+}
+
+fn acts_before_the_spool(effect: &Effect) -> bool {
+    matches!(effect.entry.port, Port::Command | Port::Actuator)
 }
 
 /// What the pieces say together.
@@ -137,11 +143,56 @@ struct Cut<'a> {
     fitted: &'a Fitted,
     interrupt: &'a Interrupt,
     noise: Outputs<f64>,
+    /// Fitted and held out.
+    records: [Vec<Series>; 2],
 }
 
-impl Cut<'_> {
+impl<'a> Cut<'a> {
+    /// `None` where spool and flow are not both measured, or the spool is not moved by the model.
+    fn new(
+        fitted: &'a Fitted,
+        measurements: &Measurements,
+        noise: &BTreeMap<String, Noise>,
+        interrupt: &'a Interrupt,
+    ) -> Option<Self> {
+        let structure = &fitted.problem.structure;
+        let observes_both = [Output::Spool, Output::Flow].map(|output| structure.observes(output));
+        let moves = structure.servo_valve()?.drive == Drive::Actuator;
+        if observes_both != [true, true] || !moves || structure.free_form.is_some() {
+            return None;
+        }
+        let both = |records: &[Series]| -> Vec<Series> {
+            let both = |one: &&Series| one.measured[Output::Spool] && one.measured[Output::Flow];
+            records.iter().filter(both).cloned().collect()
+        };
+        Some(Self {
+            fitted,
+            interrupt,
+            noise: Outputs::from_fn(|output| noise.get(output.name()).map_or(0.0, |one| one.value)),
+            records: [both(&measurements.fit), both(&measurements.hold_out)],
+        })
+    }
+
+    fn spool(&self) -> Option<Piece> {
+        self.piece(Output::Spool, false, |effect| {
+            acts_before_the_spool(effect) || effect.output == Some(Output::Spool)
+        })
+    }
+
+    fn path(&self) -> Option<Piece> {
+        self.piece(Output::Flow, true, |effect| {
+            !acts_before_the_spool(effect) && effect.output != Some(Output::Spool)
+        })
+    }
+
+    fn chain(&self) -> Option<Piece> {
+        self.piece(Output::Flow, false, |effect| {
+            effect.output != Some(Output::Spool)
+        })
+    }
+
     /// The measured spool in the unit of the command.
-    fn spool(&self, measured: f64) -> f64 {
+    fn in_command(&self, measured: f64) -> f64 {
         let parameters = self.fitted.problem.parameters.iter();
         let mut own = parameters.zip(self.fitted.values.as_slice());
         let gain = own.find(|(one, _)| one.name == SPOOL_GAIN);
@@ -151,7 +202,7 @@ impl Cut<'_> {
     /// `records` with the measured spool in the place of the command.
     fn with_the_spool_as_command(&self, mut records: Vec<Series>) -> Vec<Series> {
         for sample in records.iter_mut().flat_map(|record| &mut record.samples) {
-            sample.input.command = self.spool(sample.target[Output::Spool]);
+            sample.input.command = self.in_command(sample.target[Output::Spool]);
         }
         records
     }
@@ -162,9 +213,13 @@ impl Cut<'_> {
         &self,
         output: Output,
         from_spool: bool,
-        [fit, hold_out]: [Vec<Series>; 2],
         has: impl Fn(&Effect) -> bool,
     ) -> Option<Piece> {
+        let records = self.records.clone();
+        let [fit, hold_out] = match from_spool {
+            true => records.map(|side| self.with_the_spool_as_command(side)),
+            false => records,
+        };
         let structure = self.structure(output, from_spool, has);
         let mut parameters = structure.parameters();
         let known = &self.fitted.problem.parameters;
@@ -220,7 +275,7 @@ impl Cut<'_> {
             (product + spool * flow, square + spool * spool)
         });
         let gain = if square > 0.0 { product / square } else { 0.0 };
-        gain * self.spool(self.noise[Output::Spool])
+        gain * self.in_command(self.noise[Output::Spool])
     }
 
     fn structure(
@@ -246,5 +301,54 @@ impl Cut<'_> {
             structure.hold = Hold::Interpolated;
         }
         structure
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::{Cut as Share, IdentificationProblem};
+    use crate::model::Parameter;
+    use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
+    use crate::search::{Plan, refine};
+    use crate::simulator::Setup;
+
+    #[test]
+    fn effects_are_misplaced_where_nothing_is_missing() {
+        for (planted, at_home, elsewhere) in [
+            ("hysteresis=0.4", "friction", "overlap"),
+            ("overlap=8", "gain_curvature", "null_bias"),
+        ] {
+            let setup = Setup {
+                seconds: 4.0,
+                planted: vec![planted.parse().unwrap()],
+                ..Setup::default()
+            };
+            let records = [setup.record().unwrap()];
+            let asked = IdentificationProblem::of(&records, &[], Share::default()).unwrap();
+            let problem = asked.first_fit();
+            let truth = |parameter: &Parameter| match parameter.name.as_str() {
+                GAIN => setup.valve.gain,
+                TIME_CONSTANT => setup.valve.time_constant,
+                SATURATION => setup.valve.saturation,
+                _ => parameter.nominal(),
+            };
+            let start: Vec<f64> = problem.free().iter().map(truth).collect();
+            let plan = Plan::of_records(1);
+            let fit = refine(&problem, &start, &plan).unwrap();
+            let measurements = &asked.measurements;
+            let fitted = Fitted::new(problem, fit, measurements, None, &plan);
+            let noise = fitted.noise(measurements, false);
+            let misplaced = |names: &[&str]| {
+                let effects: Vec<Effect> = names.iter().map(|name| name.parse().unwrap()).collect();
+                let interrupt = plan.memory.interrupt();
+                misplaced(&fitted, measurements, &noise, interrupt, &effects)
+            };
+            assert!(misplaced(&[elsewhere]), "{planted}");
+            assert!(!misplaced(&[at_home]), "{planted}");
+            assert!(!misplaced(&[elsewhere, at_home]), "{planted}");
+            // Another sensor of the spool shows in either piece.
+            assert!(!misplaced(&["sensor_lag.spool"]), "{planted}");
+        }
     }
 }

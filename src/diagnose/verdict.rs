@@ -64,6 +64,8 @@ pub(super) struct Criteria {
     pub(super) after: f64,
     /// What share of the held-out cost above the noise an effect takes of what those before it have left, at least.
     pub(super) least_taken: f64,
+    /// Whether the effects act where cuts at the measured spool say that nothing is missing: see [`misplaced`](super::located::misplaced).
+    pub(super) misplaced: bool,
     /// Whether any effect was added.
     pub(super) added: bool,
     /// Whether the base model's residual has structure.
@@ -93,6 +95,7 @@ impl Criteria {
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
         match (self.added, self.structured_before) {
+            (true, _) if self.misplaced => Verdict::Unexplained,
             (true, _) if !self.structured_after && self.least_ratio < NEAR => Verdict::Found,
             (true, _) if self.is_part() => Verdict::Partly,
             _ if !self.diagnosed => Verdict::NotDiagnosed,
@@ -112,6 +115,7 @@ mod tests {
             before,
             after,
             least_taken: 1.0,
+            misplaced: false,
             added: true,
             structured_before: true,
             structured_after,
@@ -129,6 +133,16 @@ mod tests {
                 ..part
             };
             assert_eq!(criteria.verdict(), verdict);
+        }
+    }
+
+    #[test]
+    fn what_acts_where_nothing_is_missing_is_not_named() {
+        for (after, verdict) in [(1.0, Verdict::Found), (1.5, Verdict::Partly)] {
+            let mut criteria = criteria(9.0, after, after > 1.0, after);
+            assert_eq!(criteria.verdict(), verdict);
+            criteria.misplaced = true;
+            assert_eq!(criteria.verdict(), Verdict::Unexplained);
         }
     }
 

@@ -7,6 +7,7 @@ use super::statistics::bootstrap::mean_square;
 use super::statistics::noise::{Noise, NoiseRows, noise_floor};
 use super::statistics::residual::{Remaining, Residuals, remaining};
 use super::unexcited::{Sharpened, Unexcited, set_what_is_open};
+use super::verdict::NEAR;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Problem, Score, reference};
 use crate::model::{Complete, Output};
@@ -152,6 +153,17 @@ impl Fitted {
     /// Whether any channel's residual has structure.
     pub fn structured(&self) -> bool {
         self.remaining.values().any(|left| left.structured)
+    }
+
+    /// Whether the model follows what was fitted to its `noise`, and not what is held out.
+    pub(super) fn fails_on_held_out_rows_alone(&self, noise: &BTreeMap<String, Noise>) -> bool {
+        let is_near = |errors: &Errors| {
+            let mut near = errors
+                .iter()
+                .map(|(name, error)| error.rmse < NEAR * noise[name].value);
+            near.all(|near| near)
+        };
+        is_near(&self.errors.fit) && !is_near(&self.errors.hold_out)
     }
 
     /// Whether the model follows the data, fitted and held out, to within the integrator's error.

@@ -7,10 +7,10 @@ use super::hold::Between;
 use super::located::Located;
 use super::measurements::Measurements;
 use super::signature::{Signature, closest};
-use super::simulation::{Errors, Sides};
+use super::simulation::Sides;
 use super::statistics::bootstrap::Improvement;
 use super::statistics::noise::Noise;
-use super::verdict::{NEAR, Verdict};
+use super::verdict::Verdict;
 use crate::model::Output;
 use crate::model::effects::{CATALOGUE, Effect};
 use crate::search::Fit;
@@ -70,14 +70,8 @@ impl Identified {
 
     /// Whether something has no name because it shows in held-out rows alone, of which nothing is learnt.
     pub fn shows_in_held_out_rows_alone(&self) -> bool {
-        let is_near = |errors: &Errors| {
-            let mut near = errors
-                .iter()
-                .map(|(name, error)| error.rmse < NEAR * self.noise[name].value);
-            near.all(|near| near)
-        };
-        let errors = &self.before.errors;
-        self.verdict == Verdict::Unexplained && is_near(&errors.fit) && !is_near(&errors.hold_out)
+        self.verdict == Verdict::Unexplained
+            && self.before.fails_on_held_out_rows_alone(&self.noise)
     }
 
     /// Whether every effect of the catalogue that can act was looked for, but for those that the base model has.

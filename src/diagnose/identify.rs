@@ -228,6 +228,7 @@ impl Diagnosis<'_> {
             after: 1.0,
             least_taken: 1.0,
             misplaced: false,
+            unseen: before.fails_on_held_out_rows_alone(&noise),
             added: false,
             structured_before: before.structured(),
             structured_after: before.structured(),

@@ -66,6 +66,8 @@ pub(super) struct Criteria {
     pub(super) least_taken: f64,
     /// Whether the effects act where cuts at the measured spool say that nothing is missing: see [`misplaced`](super::located::misplaced).
     pub(super) misplaced: bool,
+    /// Whether the base model fails on held-out rows alone: the effects then rest on nothing that was fitted.
+    pub(super) unseen: bool,
     /// Whether any effect was added.
     pub(super) added: bool,
     /// Whether the base model's residual has structure.
@@ -89,7 +91,7 @@ impl Criteria {
     fn is_part(&self) -> bool {
         let believed = self.least_ratio < NEAR || self.least_taken >= TAKEN;
         let most = self.explained() >= EXPLAINED && believed;
-        (most || !self.structured_after) && self.least_followed >= FOLLOWED
+        (most || !self.structured_after) && self.least_followed >= FOLLOWED && !self.unseen
     }
 
     /// The verdict.
@@ -116,6 +118,7 @@ mod tests {
             after,
             least_taken: 1.0,
             misplaced: false,
+            unseen: false,
             added: true,
             structured_before: true,
             structured_after,
@@ -131,6 +134,17 @@ mod tests {
             let criteria = Criteria {
                 least_followed,
                 ..part
+            };
+            assert_eq!(criteria.verdict(), verdict);
+        }
+    }
+
+    #[test]
+    fn what_shows_in_held_out_rows_alone_is_named_only_if_nothing_is_left() {
+        for (after, verdict) in [(1.0, Verdict::Found), (1.5, Verdict::Unexplained)] {
+            let criteria = Criteria {
+                unseen: true,
+                ..criteria(9.0, after, after > 1.0, after)
             };
             assert_eq!(criteria.verdict(), verdict);
         }

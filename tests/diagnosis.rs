@@ -147,6 +147,31 @@ fn what_is_ahead_is_not_looked_for_all_over_again_with_a_command_that_goes_strai
     assert!(2 * asked < 3 * known, "{asked}, {known}");
 }
 
+/// A loop that saturates is a ramp, and a sensor of second order behind it a loop: that is how the base model imitates an
+/// amplifier whose ramp limits the command.
+#[test]
+fn a_ramp_before_the_loop_is_not_a_sensor_behind_it() {
+    for (seed, limit) in [(2, 132), (3, 90)] {
+        let mut setup = Setup {
+            planted: vec![format!("slew_limit~command={limit}").parse().unwrap()],
+            command: Bench::Steps,
+            rate: 500.0,
+            seconds: 10.0,
+            flow: false,
+            seed,
+            ..Setup::default()
+        };
+        setup.valve.gain = 151.0;
+        setup.valve.time_constant = 0.0027;
+        setup.valve.saturation = 8.0;
+        let records = [setup.record().unwrap()];
+        let problem = IdentificationProblem::of(&records, &[], Cut::default()).unwrap();
+        let found = diagnosis_of(CATALOGUE, problem);
+        assert_eq!(found.verdict, Verdict::Found);
+        assert_eq!(names(&found), ["slew_limit~command"]);
+    }
+}
+
 #[test]
 fn what_is_in_no_catalogue_gets_no_name() {
     let outsiders = [

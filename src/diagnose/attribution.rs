@@ -285,7 +285,8 @@ impl<'a, 'b> Selection<'a, 'b> {
         if !self.stage.goes_on() {
             return Ok(None);
         }
-        self.exchange_poles(&mut models);
+        let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
+        self.exchange_poles(&effects, &mut models);
         if round == 1 {
             self.deepen(model, &mut models);
         }
@@ -295,7 +296,6 @@ impl<'a, 'b> Selection<'a, 'b> {
             left > LEFT_OPEN && (round == 1 || none) && room > 1 && selection.stage.goes_on()
         };
         if wanted(self, &models) {
-            let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
             self.lead(model, &effects, &mut models, round)?;
             if wanted(self, &models) {
                 self.widen(model, &effects, &mut models, round)?;
@@ -413,8 +413,8 @@ impl<'a, 'b> Selection<'a, 'b> {
     }
 
     /// Adds to the `models` those in which the loop has the poles of what it was followed by, where they are better: each began
-    /// with the poles that the loop came to rest with alone.
-    fn exchange_poles(&mut self, models: &mut Vec<(Effect, Model)>) {
+    /// with the poles that the loop came to rest with alone, or the best one with a limit of those `effects` that it may be instead.
+    fn exchange_poles(&mut self, effects: &[Effect], models: &mut Vec<(Effect, Model)>) {
         let evidence = self.evidence;
         let pairs = models.iter().flat_map(|(effect, model)| {
             let others = models.iter().map(|(other, _)| *other);
@@ -422,7 +422,17 @@ impl<'a, 'b> Selection<'a, 'b> {
                 Some((other, evidence.with_poles_exchanged(model, *effect, other)?))
             })
         });
-        let exchanged: Vec<(Effect, Model)> = pairs.collect();
+        let by_loss = |a: &&(Effect, Model), b: &&(Effect, Model)| {
+            let [a, b] = [a, b].map(|one| one.1.loss(Side::HoldOut));
+            a.total_cmp(&b)
+        };
+        let best = models.iter().min_by(by_loss).into_iter();
+        let limited = best.flat_map(|(effect, model)| {
+            effects.iter().filter_map(move |&other| {
+                Some((other, evidence.with_limit_for_loop(model, *effect, other)?))
+            })
+        });
+        let exchanged: Vec<(Effect, Model)> = pairs.chain(limited).collect();
         for (effect, one) in exchanged {
             self.evaluations += one.evaluations;
             keep_better(models, effect, one);

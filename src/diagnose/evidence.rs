@@ -87,6 +87,13 @@ pub(super) struct Model {
 }
 
 impl Model {
+    /// The value of the parameter called `name`, if it has one.
+    fn value(&self, name: &str) -> Option<f64> {
+        let own = self.problem.parameters.iter();
+        let mut own = own.filter(|parameter| parameter.name == name);
+        own.next().map(Parameter::nominal)
+    }
+
     /// Mean squared residual over all values that were measured.
     pub(super) fn loss(&self, side: Side) -> f64 {
         let count = match side {
@@ -357,21 +364,57 @@ impl Evidence {
         if !pairs || model.structure().observed.len() > 1 {
             return None;
         }
-        let mut start = model.problem.parameters.clone();
-        let value = |name: &str| Some(start.iter().find(|p| p.name == name)?.nominal());
-        let (gain, lag) = (value(GAIN)?, value(TIME_CONSTANT)?);
-        let own = effect.parameters(&self.sizes);
-        let (frequency, damping) = (value(&own[0].name)?, value(&own[1].name)?);
+        let [gain, lag] = [GAIN, TIME_CONSTANT].map(|name| model.value(name));
+        let (gain, lag) = (gain?, lag?);
         let trial = [natural_frequency(gain, lag) / TAU, damping_ratio(gain, lag)];
+        // Before those of the effect, which may be the same one.
+        let start = self.with_poles_of(model, effect)?;
+        let start: Vec<Parameter> = self.at(other, &trial).chain(start).collect();
+        let structure = model.structure().without(effect).with(other);
+        self.polished(self.problem(&structure, &start))
+    }
+
+    /// `model` with `other` in the place of its `effect`, fitted from where the loop has the effect's poles and no longer does what
+    /// imitates the other: of one output alone, a loop that saturates and a lag behind it are a limit and a loop. `None` where the
+    /// effect has no poles, or nothing imitates the other.
+    pub(super) fn with_limit_for_loop(
+        &self,
+        model: &Model,
+        effect: Effect,
+        other: Effect,
+    ) -> Option<Model> {
+        let imitated = !other.entry.imitated_by.is_empty();
+        if !imitated || !effect.is_of_second_order() || model.structure().observed.len() > 1 {
+            return None;
+        }
+        let start = self.with_poles_of(model, effect)?;
+        let loop_alone = Model {
+            problem: self.problem(&model.structure().without(effect), &start),
+            ..model.clone()
+        };
+        let trials = other.trials(&self.sizes).into_iter();
+        let begun = trials.filter_map(|trial| {
+            let released = Start {
+                trial,
+                released: true,
+            };
+            self.polished_a_little(self.extended(&loop_alone, other, &released))
+        });
+        let (_, problem) = begun.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.polished(problem)
+    }
+
+    /// The parameters of `model` where its loop has the poles of its `effect`, which is of second order.
+    fn with_poles_of(&self, model: &Model, effect: Effect) -> Option<Vec<Parameter>> {
+        let own = effect.parameters(&self.sizes);
+        let (frequency, damping) = (model.value(&own[0].name)?, model.value(&own[1].name)?);
         let [gain, lag] = gain_and_lag(TAU * frequency, damping);
+        let mut start = model.problem.parameters.clone();
         for (name, value) in [(GAIN, gain), (TIME_CONSTANT, lag)] {
             let own = start.iter_mut().filter(|p| p.name == name && !p.is_fixed());
             own.for_each(|p| p.set_nominal(p.clamp(value)));
         }
-        // Before those of the effect, which may be the same one.
-        let start: Vec<Parameter> = self.at(other, &trial).chain(start).collect();
-        let structure = model.structure().without(effect).with(other);
-        self.polished(self.problem(&structure, &start))
+        Some(start)
     }
 
     /// The effects of `model` that were known beforehand.

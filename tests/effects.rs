@@ -11,7 +11,9 @@ use servobee::evaluate::simulate::outputs;
 use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem, reference};
 use servobee::model::effects::{CATALOGUE, Effect, Port};
 use servobee::model::valve::Meter;
-use servobee::model::{Complete, Drive, Hold, Input, Output, Outputs, ServoValve, Structure};
+use servobee::model::{
+    Complete, Drive, Hold, Initial, Input, Output, Outputs, ServoValve, Structure,
+};
 use servobee::simulator::{self, Command, FULL_SCALE, Noise, Setup, Simulation};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
@@ -1145,6 +1147,46 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
                 assert!(off < 2e-4, "{effect}, trial {number}: {off:.1e}");
             }
         }
+    }
+}
+
+#[test]
+fn what_acts_on_the_reference_begins_with_the_command_that_has_long_been_there() {
+    let force: Effect = "flow_force".parse().unwrap();
+    for name in [
+        "command_lag",
+        "command_lag~second_order",
+        "slew_limit~command",
+    ] {
+        let effect: Effect = name.parse().unwrap();
+        let scale = scale(&bench());
+        let spool = |structure: Structure, planted: &[Effect]| {
+            let mut parameters = absent(&structure, &scale);
+            for &one in planted {
+                let trial = one.trials(&scale).remove(1);
+                plant(&mut parameters, one, &scale, &trial);
+            }
+            let values: Vec<(&str, f64)> = parameters
+                .iter()
+                .map(|p| (p.name.as_str(), p.nominal()))
+                .collect();
+            driven(&structure, &values, rows(200, 1e-3), 1, |_| 7.5)
+                .into_iter()
+                .map(|row| row[Output::Spool])
+                .collect::<Vec<f64>>()
+        };
+        let pulled = spool(bench().with(force).with(effect), &[force, effect]);
+        let off = (pulled[0] - pulled[199]).abs();
+        assert!(off < 2e-3 && pulled[0] > 1.0, "{name}: {off}");
+
+        let rest = |structure: Structure| Structure {
+            initial: Initial::Rest,
+            ..structure
+        };
+        let late = spool(rest(bench().with(effect)), &[effect]);
+        let alone = spool(rest(bench()), &[]);
+        assert_eq!([late[0], alone[0]], [0.0; 2]);
+        assert!(late[3] < 0.7 * alone[3], "{name}: {} {}", late[3], alone[3]);
     }
 }
 

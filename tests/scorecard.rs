@@ -1,5 +1,6 @@
 //! The scorecard: cases that a seed stands for, records of the strength that is asked for, a file that is gone on with.
 
+use servobee::diagnose::Place;
 use servobee::record::Channel;
 use servobee::scorecard::{Band, Case, Group, Ledger, Outcome, Plan, Row, Summary, Variant, run};
 use std::collections::HashSet;
@@ -145,7 +146,7 @@ fn a_few_records_are_diagnosed_and_an_interrupted_file_is_gone_on_with() {
     assert_eq!((rows.len(), whole), (2, false));
     // As if the power had failed while a line was written.
     let text = std::fs::read_to_string(&path).unwrap();
-    std::fs::write(&path, format!("{text}1,1,single/delay/3x/0,sing")).unwrap();
+    std::fs::write(&path, format!("{text}2,1,single/delay/3x/0,sing")).unwrap();
     let (rows, whole) = go_on(&cases, usize::MAX);
     assert_eq!((rows.len(), whole), (cases.len(), true));
     assert_eq!(*ran.lock().unwrap(), cases.len());
@@ -171,6 +172,18 @@ fn a_few_records_are_diagnosed_and_an_interrupted_file_is_gone_on_with() {
         // The strength was set without noise, by a quicker fit.
         assert_eq!(Band::of(row(id).base), Band::Clear, "{:?}", row(id));
     }
+
+    let located = |id: &str| row(id).located.map(Place::name);
+    assert_eq!(located("single/delay/3x/0"), Some("before_spool"));
+    assert_eq!(
+        located("single/sensor_offset.flow/3x/0"),
+        Some("behind_spool")
+    );
+    assert_eq!(located("null/0"), None);
+    let places = summary.located.iter().map(|(place, _)| *place);
+    let places: Vec<Place> = places.collect();
+    assert_eq!(places, [Place::BeforeSpool, Place::BehindSpool]);
+    assert!(summary.located.iter().all(|(_, rate)| rate.share() == 1.0));
 
     // What is wrong is not known at any time.
     let mut timed = rows.clone();

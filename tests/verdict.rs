@@ -58,6 +58,7 @@ fn what_has_no_name_is_located_by_cuts_at_the_measured_spool() {
         let (report, printed) = identified(folder.path(), planted, "null_bias");
         assert_eq!(report["verdict"], "unexplained", "{planted}");
         let located = &report["located"];
+        assert_eq!(located, &report["located_before"], "{planted}");
         assert_eq!(located["place"], place, "{planted}: {located}");
         assert!(
             located["confidence"].as_f64().unwrap() > 0.8,
@@ -133,6 +134,7 @@ fn what_explains_most_and_not_all_is_a_part_and_the_rest_is_located() {
     );
     assert_eq!(whole["verdict"], "found");
     assert_eq!(whole["located"], Value::Null);
+    assert_eq!(whole["located_before"]["place"], "several");
 }
 
 #[test]

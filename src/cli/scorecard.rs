@@ -266,6 +266,13 @@ fn print(summary: &Summary, records: usize) {
             rate(close)
         );
     }
+    for (place, located) in &summary.located {
+        tell!(
+            "What acts {}, is located there: {}",
+            place.words(),
+            rate(*located)
+        );
+    }
     for (name, covered) in &summary.coverage {
         if covered.of > 0 {
             tell!(

@@ -182,6 +182,8 @@ pub(super) struct Selection<'a, 'b> {
     /// What searches around each trial of an effect.
     pub(super) method: &'a dyn Method,
     pub(super) allowed: &'a dyn Fn(&Effect) -> bool,
+    /// Which of them act where the base model fails.
+    admitted: &'a dyn Fn(&Effect) -> bool,
     pub(super) max_effects: usize,
     pub(super) stage: &'a mut Stage<'b>,
     /// Held-out cost of the base model above the noise.
@@ -199,6 +201,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         evaluator: &'a mut dyn Evaluator,
         method: &'a dyn Method,
         allowed: &'a dyn Fn(&Effect) -> bool,
+        admitted: &'a dyn Fn(&Effect) -> bool,
         max_effects: usize,
         stage: &'a mut Stage<'b>,
     ) -> Self {
@@ -207,6 +210,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             evaluator,
             method,
             allowed,
+            admitted,
             max_effects,
             stage,
             excess: excess(base),
@@ -276,7 +280,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             let own = effect
                 .output
                 .is_some_and(|output| resolved.contains(&output));
-            !own && (self.allowed)(effect)
+            !own && (self.allowed)(effect) && (round > 1 || (self.admitted)(effect))
         };
         let Some(screening) = Screening::new(self.evidence, model, &seen) else {
             return Ok(None);

@@ -37,6 +37,8 @@ pub struct Identified {
     pub free_form: Option<FoundForm>,
     /// Held-out error of the base model: RMS in units of noise over all channels.
     pub error_before: f64,
+    /// Where the base model fails; `None` where it does not, or the records do not tell.
+    pub located_before: Option<Located>,
     /// Where something is missing that is not named; `None` where nothing is, or the records do not tell.
     pub located: Option<Located>,
     /// Every effect that was looked at, round by round.

@@ -6,7 +6,7 @@ use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{Between, OtherHold, complete_other_way, other_way};
 use super::identified::Identified;
-use super::located::{Located, located, misplaced};
+use super::located::{Located, located};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
 use super::run_in::{at_rest, is_better, with_run_in};
@@ -221,13 +221,17 @@ impl Diagnosis<'_> {
         let asked = self
             .options
             .asked(&before.problem.structure, self.measurements.is_static);
-        let attribution = self.attribution(&mut base, &asked)?;
+        // Also where only that is asked: it takes a second.
+        let located_before = match before.structured() {
+            true => self.located(&before, &noise),
+            false => None,
+        };
+        let attribution = self.attribution(&mut base, &asked, located_before)?;
         let mut criteria = Criteria {
             diagnosed: !asked.is_empty() && base.model.is_some() && self.stage.goes_on(),
             before: 1.0,
             after: 1.0,
             least_taken: 1.0,
-            misplaced: false,
             unseen: before.fails_on_held_out_rows_alone(&noise),
             added: false,
             structured_before: before.structured(),
@@ -254,11 +258,9 @@ impl Diagnosis<'_> {
         }
         let after = after.unwrap_or_else(|| before.clone());
         let located = match verdict {
-            Verdict::Unexplained => self.located(&before, &noise),
-            // Also where only that is asked: it takes a second.
-            Verdict::NotDiagnosed if before.structured() => self.located(&before, &noise),
+            Verdict::Unexplained | Verdict::NotDiagnosed => located_before,
             Verdict::Partly => self.located(&after, &noise),
-            _ => None,
+            Verdict::Found | Verdict::None => None,
         };
         let between = self.between(&after);
         let records = &self.measurements.fit;
@@ -279,6 +281,7 @@ impl Diagnosis<'_> {
             added,
             free_form: free_form.flatten(),
             error_before: criteria.before.sqrt(),
+            located_before,
             located,
             considered,
             measurements: self.measurements.clone(),
@@ -318,8 +321,14 @@ impl Diagnosis<'_> {
         self.polished(problem, &start, base.noise)
     }
 
-    /// Which of the effects that were `asked` the base model lacks; `None` where none was looked for.
-    fn attribution(&mut self, base: &mut Base, asked: &[Effect]) -> Result<Option<Attribution>> {
+    /// Which of the effects that were `asked` the base model lacks, which fails where it is `located`; `None` where none was
+    /// looked for.
+    fn attribution(
+        &mut self,
+        base: &mut Base,
+        asked: &[Effect],
+        located: Option<Located>,
+    ) -> Result<Option<Attribution>> {
         let Some(model) = &base.model else {
             return Ok(None);
         };
@@ -328,12 +337,14 @@ impl Diagnosis<'_> {
         }
         base.evidence.look_at(model);
         let allowed = |effect: &Effect| asked.contains(effect);
+        let admits = |effect: &Effect| located.is_none_or(|one| one.admits(effect));
         let selection = Selection::new(
             &base.evidence,
             model,
             &mut *self.evaluator,
             &*self.plan.local,
             &allowed,
+            &admits,
             self.options.max_effects,
             &mut self.stage,
         );
@@ -362,15 +373,6 @@ impl Diagnosis<'_> {
         criteria.least_ratio = self.least_ratio(&candidate, base.noise);
         let named =
             |criteria: &Criteria| matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
-        if named(criteria) && self.stage.goes_on() {
-            let added = found.added.iter();
-            let effects: Vec<Effect> = added
-                .flat_map(|one| one.tied_with.iter().copied().chain([one.effect]))
-                .collect();
-            let interrupt = self.plan.memory.interrupt();
-            let (fitted, noise) = (base.fitted, base.noise);
-            criteria.misplaced = misplaced(fitted, self.measurements, noise, interrupt, &effects);
-        }
         if named(criteria) {
             return Ok(Some(candidate));
         }

@@ -36,6 +36,33 @@ pub enum Place {
 }
 
 impl Place {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::BeforeSpool,
+        Self::SpoolSensor,
+        Self::BehindSpool,
+        Self::Several,
+    ];
+
+    /// Where `effect` acts.
+    pub fn of(effect: &Effect) -> Self {
+        match effect.entry.port {
+            Port::Command | Port::Actuator => Self::BeforeSpool,
+            Port::Measurement if effect.output == Some(Output::Spool) => Self::SpoolSensor,
+            _ => Self::BehindSpool,
+        }
+    }
+
+    /// Its name in a file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::BeforeSpool => "before_spool",
+            Self::SpoolSensor => "spool_sensor",
+            Self::BehindSpool => "behind_spool",
+            Self::Several => "several",
+        }
+    }
+
     /// As the end of a sentence.
     pub fn words(self) -> &'static str {
         match self {
@@ -50,7 +77,7 @@ impl Place {
 }
 
 /// Where something is missing.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Located {
     /// Where.
     pub place: Place,
@@ -70,8 +97,22 @@ struct Piece {
     fails: f64,
 }
 
-/// A piece is sure to fail where the chance of that is above this, and sure to hold where it is below what this leaves.
+/// A place is sure where the confidence in it is above this.
 const SURE: f64 = 0.9;
+
+impl Located {
+    /// Whether it is sure that only what acts on one side of the spool fails.
+    pub fn is_one_side(&self) -> bool {
+        let one_side = matches!(self.place, Place::BeforeSpool | Place::BehindSpool);
+        one_side && self.confidence > SURE
+    }
+
+    /// Whether `effect` may be what is missing. One of the spool's sensor may hide in either piece.
+    pub(super) fn admits(&self, effect: &Effect) -> bool {
+        let place = Place::of(effect);
+        !self.is_one_side() || place == Place::SpoolSensor || place == self.place
+    }
+}
 
 /// Where `fitted` fails; `None` where it has no two pieces, where one does not fit at all, or where none fails.
 pub(super) fn located(
@@ -82,37 +123,6 @@ pub(super) fn located(
 ) -> Option<Located> {
     let cut = Cut::new(fitted, measurements, noise, interrupt)?;
     place_of(&cut.spool()?, &cut.path()?, &cut.chain()?)
-}
-
-/// Whether `effects` act only where `fitted` lacks nothing: all behind the spool, and it is the spool that it does not follow, or all
-/// before the spool, and it is the flow.
-pub(super) fn misplaced(
-    fitted: &Fitted,
-    measurements: &Measurements,
-    noise: &BTreeMap<String, Noise>,
-    interrupt: &Interrupt,
-    effects: &[Effect],
-) -> bool {
-    let at_sensor = |effect: &Effect| effect.output == Some(Output::Spool);
-    let all_before = effects.iter().all(acts_before_the_spool);
-    let all_behind = !effects
-        .iter()
-        .any(|effect| acts_before_the_spool(effect) || at_sensor(effect));
-    let Some(cut) = Cut::new(fitted, measurements, noise, interrupt) else {
-        return false;
-    };
-    // One piece tells in most cases.
-    let holds = |piece: Option<Piece>| piece.is_some_and(|piece| piece.fails < 1.0 - SURE);
-    let fails = |piece: Option<Piece>| piece.is_some_and(|piece| piece.fails > SURE);
-    match (all_before, all_behind) {
-        (true, _) => holds(cut.spool()) && fails(cut.path()),
-        (_, true) => holds(cut.path()) && fails(cut.spool()),
-        _ => false,
-    }
-}
-
-fn acts_before_the_spool(effect: &Effect) -> bool {
-    matches!(effect.entry.port, Port::Command | Port::Actuator)
 }
 
 /// What the pieces say together.
@@ -174,21 +184,17 @@ impl<'a> Cut<'a> {
     }
 
     fn spool(&self) -> Option<Piece> {
-        self.piece(Output::Spool, false, |effect| {
-            acts_before_the_spool(effect) || effect.output == Some(Output::Spool)
-        })
+        let own = [Place::BeforeSpool, Place::SpoolSensor];
+        self.piece(Output::Spool, false, &own)
     }
 
     fn path(&self) -> Option<Piece> {
-        self.piece(Output::Flow, true, |effect| {
-            !acts_before_the_spool(effect) && effect.output != Some(Output::Spool)
-        })
+        self.piece(Output::Flow, true, &[Place::BehindSpool])
     }
 
     fn chain(&self) -> Option<Piece> {
-        self.piece(Output::Flow, false, |effect| {
-            effect.output != Some(Output::Spool)
-        })
+        let own = [Place::BeforeSpool, Place::BehindSpool];
+        self.piece(Output::Flow, false, &own)
     }
 
     /// The measured spool in the unit of the command.
@@ -208,19 +214,14 @@ impl<'a> Cut<'a> {
     }
 
     /// The part of the model that gives `output` for the command, or for a spool that stands in the command's place, with the
-    /// effects that it `has`: fitted to the first of these records, and judged by the second.
-    fn piece(
-        &self,
-        output: Output,
-        from_spool: bool,
-        has: impl Fn(&Effect) -> bool,
-    ) -> Option<Piece> {
+    /// effects that act at these `places`: fitted to the first of these records, and judged by the second.
+    fn piece(&self, output: Output, from_spool: bool, places: &[Place]) -> Option<Piece> {
         let records = self.records.clone();
         let [fit, hold_out] = match from_spool {
             true => records.map(|side| self.with_the_spool_as_command(side)),
             false => records,
         };
-        let structure = self.structure(output, from_spool, has);
+        let structure = self.structure(output, from_spool, places);
         let mut parameters = structure.parameters();
         let known = &self.fitted.problem.parameters;
         for parameter in &mut parameters {
@@ -278,15 +279,12 @@ impl<'a> Cut<'a> {
         gain * self.in_command(self.noise[Output::Spool])
     }
 
-    fn structure(
-        &self,
-        output: Output,
-        from_spool: bool,
-        has: impl Fn(&Effect) -> bool,
-    ) -> Structure {
+    fn structure(&self, output: Output, from_spool: bool, places: &[Place]) -> Structure {
         let mut structure = self.fitted.problem.structure.clone();
         structure.observed = vec![output];
-        structure.effects.retain(has);
+        structure
+            .effects
+            .retain(|effect| places.contains(&Place::of(effect)));
         if let Some(base) = structure.servo_valve_mut() {
             if output == Output::Spool {
                 base.valve = None;
@@ -314,7 +312,7 @@ mod tests {
     use crate::simulator::Setup;
 
     #[test]
-    fn effects_are_misplaced_where_nothing_is_missing() {
+    fn only_what_acts_where_the_model_fails_may_be_what_is_missing() {
         for (planted, at_home, elsewhere) in [
             ("hysteresis=0.4", "friction", "overlap"),
             ("overlap=8", "gain_curvature", "null_bias"),
@@ -339,16 +337,18 @@ mod tests {
             let measurements = &asked.measurements;
             let fitted = Fitted::new(problem, fit, measurements, None, &plan);
             let noise = fitted.noise(measurements, false);
-            let misplaced = |names: &[&str]| {
-                let effects: Vec<Effect> = names.iter().map(|name| name.parse().unwrap()).collect();
-                let interrupt = plan.memory.interrupt();
-                misplaced(&fitted, measurements, &noise, interrupt, &effects)
-            };
-            assert!(misplaced(&[elsewhere]), "{planted}");
-            assert!(!misplaced(&[at_home]), "{planted}");
-            assert!(!misplaced(&[elsewhere, at_home]), "{planted}");
+            let interrupt = plan.memory.interrupt();
+            let located = located(&fitted, measurements, &noise, interrupt).unwrap();
+            let admits = |name: &str| located.admits(&name.parse().unwrap());
+            assert!(!admits(elsewhere), "{planted}: {located:?}");
+            assert!(admits(at_home), "{planted}: {located:?}");
             // Another sensor of the spool shows in either piece.
-            assert!(!misplaced(&["sensor_lag.spool"]), "{planted}");
+            assert!(admits("sensor_lag.spool"), "{planted}");
+            let unsure = Located {
+                confidence: 0.8,
+                ..located
+            };
+            assert!(unsure.admits(&elsewhere.parse().unwrap()));
         }
     }
 }

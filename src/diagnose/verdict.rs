@@ -64,8 +64,6 @@ pub(super) struct Criteria {
     pub(super) after: f64,
     /// What share of the held-out cost above the noise an effect takes of what those before it have left, at least.
     pub(super) least_taken: f64,
-    /// Whether the effects act where cuts at the measured spool say that nothing is missing: see [`misplaced`](super::located::misplaced).
-    pub(super) misplaced: bool,
     /// Whether the base model fails on held-out rows alone: the effects then rest on nothing that was fitted.
     pub(super) unseen: bool,
     /// Whether any effect was added.
@@ -97,7 +95,6 @@ impl Criteria {
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
         match (self.added, self.structured_before) {
-            (true, _) if self.misplaced => Verdict::Unexplained,
             (true, _) if !self.structured_after && self.least_ratio < NEAR => Verdict::Found,
             (true, _) if self.is_part() => Verdict::Partly,
             _ if !self.diagnosed => Verdict::NotDiagnosed,
@@ -117,7 +114,6 @@ mod tests {
             before,
             after,
             least_taken: 1.0,
-            misplaced: false,
             unseen: false,
             added: true,
             structured_before: true,
@@ -147,16 +143,6 @@ mod tests {
                 ..criteria(9.0, after, after > 1.0, after)
             };
             assert_eq!(criteria.verdict(), verdict);
-        }
-    }
-
-    #[test]
-    fn what_acts_where_nothing_is_missing_is_not_named() {
-        for (after, verdict) in [(1.0, Verdict::Found), (1.5, Verdict::Partly)] {
-            let mut criteria = criteria(9.0, after, after > 1.0, after);
-            assert_eq!(criteria.verdict(), verdict);
-            criteria.misplaced = true;
-            assert_eq!(criteria.verdict(), Verdict::Unexplained);
         }
     }
 

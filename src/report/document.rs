@@ -47,6 +47,8 @@ pub struct Document {
     /// Where something is missing that is not named: before the measured spool, at its sensor or behind it; null where nothing is,
     /// or the records do not tell.
     pub located: Option<Located>,
+    /// Where the base model fails, whatever is named; the place of `located` is what is left.
+    pub located_before: Option<Located>,
     /// Where the verdict is unexplained: the causes that come closest, the closest first.
     pub nearest: Vec<NearestCause>,
     /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
@@ -179,7 +181,8 @@ impl Document {
                 .iter()
                 .map(ConsideredEffect::from)
                 .collect(),
-            located: identified.located.clone(),
+            located: identified.located,
+            located_before: identified.located_before,
             nearest: identified
                 .nearest()
                 .into_iter()
@@ -272,6 +275,7 @@ impl Document {
             effects: Vec::new(),
             considered: Vec::new(),
             located: None,
+            located_before: None,
             nearest: Vec::new(),
             free_form: None,
             explained: None,

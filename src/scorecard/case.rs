@@ -4,7 +4,7 @@ use super::outcome::{Outcome, judge};
 use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
-use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, identify};
+use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, Place, identify};
 use crate::evaluate::{CpuEvaluator, Evaluator, Precision};
 use crate::model::Output;
 use crate::model::effects::{CATALOGUE, Effect};
@@ -49,6 +49,10 @@ pub struct Row {
     pub named: String,
     /// How that compares.
     pub outcome: Outcome,
+    /// Where what is planted acts; `None` where nothing is.
+    pub place: Option<Place>,
+    /// Where the base model fails.
+    pub located: Option<Place>,
     /// Whether the 95 % intervals of K, T, S and of the effect's main parameter hold the truth. Only where exactly what
     /// is planted was added, in its usual form, and the data bound the parameter on both sides.
     pub covered: [Option<bool>; 4],
@@ -144,6 +148,8 @@ impl Case {
                 verdict: error.to_string().replace([',', '\n'], " "),
                 named: String::new(),
                 outcome: Outcome::Failed,
+                place: self.subject.place(),
+                located: None,
                 covered: [None; 4],
                 seconds: f64::NAN,
             },
@@ -224,6 +230,8 @@ impl Case {
             verdict: verdict.word().into(),
             named: ties.join("+"),
             outcome: judge(&known, odd, verdict, &named),
+            place: self.subject.place(),
+            located: identified.located_before.map(|one| one.place),
             covered: covered(setup, &known, identified),
             seconds,
         }

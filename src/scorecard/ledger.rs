@@ -2,6 +2,7 @@
 
 use super::case::{COVERED, Row};
 use super::plan::Group;
+use crate::diagnose::Place;
 use crate::{Error, Result, input};
 use std::collections::HashSet;
 use std::fs::{File, OpenOptions};
@@ -9,7 +10,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Changes with the cases that a seed stands for: a file of another edition is not gone on with.
-const EDITION: u32 = 1;
+const EDITION: u32 = 2;
 
 /// Longest file that is read, in bytes: hundreds of thousands of lines.
 const LONGEST: u64 = 64 << 20;
@@ -98,8 +99,7 @@ impl Ledger {
 }
 
 fn heads() -> String {
-    let first =
-        "edition,seed,case,group,planted,values,conditions,base,after,floor,verdict,named,outcome";
+    let first = "edition,seed,case,group,planted,values,conditions,base,after,floor,verdict,named,outcome,place,located";
     let covered = COVERED.map(|name| format!("covers_{name}")).join(",");
     format!("{first},{covered},seconds")
 }
@@ -124,6 +124,8 @@ fn line(row: &Row, seed: u64) -> String {
         row.verdict.clone(),
         row.named.clone(),
         row.outcome.to_string(),
+        row.place.map_or("", Place::name).into(),
+        row.located.map_or("", Place::name).into(),
         covered.join(","),
         format!("{:.2}", row.seconds),
     ];
@@ -190,6 +192,13 @@ fn parse(cells: &[&str]) -> Option<Row> {
         "0" => Some(Some(false)),
         _ => None,
     };
+    let place = |cell: &str| match cell {
+        "" => Some(None),
+        name => Place::ALL
+            .into_iter()
+            .find(|one| one.name() == name)
+            .map(Some),
+    };
     let text = |index: usize| cells[index].to_owned();
     Some(Row {
         case: text(0),
@@ -203,12 +212,14 @@ fn parse(cells: &[&str]) -> Option<Row> {
         verdict: text(8),
         named: text(9),
         outcome: cells[10].parse().ok()?,
+        place: place(cells[11])?,
+        located: place(cells[12])?,
         covered: [
-            covered(cells[11])?,
-            covered(cells[12])?,
             covered(cells[13])?,
             covered(cells[14])?,
+            covered(cells[15])?,
+            covered(cells[16])?,
         ],
-        seconds: cells[15].parse().ok()?,
+        seconds: cells[17].parse().ok()?,
     })
 }

@@ -1,5 +1,6 @@
 //! Which cases there are.
 
+use crate::diagnose::Place;
 use crate::record::Channel;
 use crate::simulator::{Form, Kind, Meter, Oddity};
 use crate::{Error, Result};
@@ -160,6 +161,26 @@ pub enum Subject {
 }
 
 impl Subject {
+    /// Where it acts; `None` where nothing is planted.
+    pub(super) fn place(&self) -> Option<Place> {
+        let one = |effect: &Variant| {
+            let name = effect.catalogue_name();
+            Place::of(&name.parse().expect("a name of the catalogue"))
+        };
+        match self {
+            Self::Nothing => None,
+            Self::Effects(effects) => {
+                let mut places = effects.iter().map(one);
+                let first = places.next()?;
+                Some(match places.all(|place| place == first) {
+                    true => first,
+                    false => Place::Several,
+                })
+            }
+            Self::Outsider(oddity) => Some(of_outsider(*oddity)),
+        }
+    }
+
     /// Where the flow has to be measured for all of it to show.
     pub(super) fn meter(&self) -> Meter {
         match self {
@@ -187,6 +208,33 @@ impl Display for Subject {
             }
             Self::Outsider(oddity) => write!(f, "{oddity}"),
         }
+    }
+}
+
+fn of_outsider(oddity: Oddity) -> Place {
+    match oddity {
+        Oddity::GainJump
+        | Oddity::CoarseDac
+        | Oddity::RateGain
+        | Oddity::QuadraticDamping
+        | Oddity::AmplitudeGain
+        | Oddity::Detent
+        | Oddity::Chatter
+        | Oddity::Creep
+        | Oddity::GainDrift
+        | Oddity::EddyCurrent
+        | Oddity::DirectionGain
+        | Oddity::SpringPreload
+        | Oddity::TorqueLimit => Place::BeforeSpool,
+        Oddity::SensorDeadBand
+        | Oddity::CrossTalk
+        | Oddity::RangeSwitch
+        | Oddity::SensorPlay
+        | Oddity::MissingCodes => Place::SpoolSensor,
+        Oddity::PumpRipple | Oddity::Reattachment | Oddity::SupplyHunting | Oddity::MeterStall => {
+            Place::BehindSpool
+        }
+        Oddity::Dropout => Place::Several,
     }
 }
 

@@ -3,6 +3,7 @@
 use super::case::{COVERED, Row};
 use super::outcome::Outcome;
 use super::plan::Group;
+use crate::diagnose::Place;
 use statrs::distribution::{Beta, ContinuousCDF};
 use std::collections::BTreeMap;
 
@@ -130,6 +131,8 @@ pub struct Summary {
     /// Held-out error of the result over the noise, single effects in their usual form without what hardly shows:
     /// median, 90 % quantile, and how many are at most 1.10.
     pub after: Option<(f64, f64, Rate)>,
+    /// How often the place where the base model fails is that of what is planted, by that place, without what hardly shows.
+    pub located: Vec<(Place, Rate)>,
     /// How often the 95 % intervals hold the truth, by parameter.
     pub coverage: Vec<(&'static str, Rate)>,
     /// Seconds of a diagnosis: median and most.
@@ -195,11 +198,24 @@ impl Summary {
             after: quantile(&after, 0.5)
                 .zip(quantile(&after, 0.9))
                 .map(|(median, high)| (median, high, Rate::of(&after, |after| **after <= 1.10))),
+            located: located(rows),
             coverage: coverage.collect(),
             seconds: quantile(&seconds, 0.5).zip(quantile(&seconds, 1.0)),
             within: WITHIN.map(|limit| (limit, good_within(rows, limit))).into(),
         }
     }
+}
+
+/// How often the place that is told is that of what is planted.
+fn located(rows: &[Row]) -> Vec<(Place, Rate)> {
+    let shows = |row: &&Row| Band::of(row.base) != Band::Below;
+    let of_place = |place: Place| {
+        let rows = rows.iter().filter(shows);
+        let rows = rows.filter(|row| row.place == Some(place));
+        (place, Rate::of(rows, |row| row.located == Some(place)))
+    };
+    let places = Place::ALL.into_iter().map(of_place);
+    places.filter(|(_, rate)| rate.of > 0).collect()
 }
 
 /// How many of `rows` have a good outcome, and had it after `limit` seconds.

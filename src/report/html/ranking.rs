@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::figure::{Key, figure, legend};
 use super::plot::{Mark, Panel};
 use super::role::Role;
-use crate::diagnose::{Considered, Decision, Identified};
+use crate::diagnose::{Considered, Decision, Identified, Located, Place};
 use crate::report::{Edition, explain, rounded};
 use maud::{Markup, html};
 
@@ -70,6 +70,9 @@ fn of_round(identified: &Identified, round: usize, edition: &Edition) -> Markup 
         "of what the best of all effects promises by chance in one of 100 records: " (significant) " of " (list.len())
         " reach beyond that line. The plausible ones of those were fitted together with the model; the error on rows that were "
         "held out decides, and of equal ones the simpler. "
+        @if let Some(place) = first_place(identified, round) {
+            "The base model fails " (place.words()) ": only what acts there or at the sensor of the spool was looked for first. "
+        }
         @if shown < list.len() { "The others of this round promise less. " }
         @if round > 1 { "This round starts from the model with what the rounds before it added. " }
     };
@@ -96,6 +99,12 @@ fn of_round(identified: &Identified, round: usize, edition: &Edition) -> Markup 
             } }
         }
     }
+}
+
+/// The side of the spool that alone was looked at in this `round`.
+fn first_place(identified: &Identified, round: usize) -> Option<Place> {
+    let located = identified.located_before.filter(Located::is_one_side)?;
+    (round == 1).then_some(located.place)
 }
 
 fn is_chosen(one: &Considered) -> bool {

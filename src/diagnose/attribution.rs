@@ -2,6 +2,7 @@
 
 use super::evidence::{Evidence, Model, Side};
 use super::led::led;
+use super::located::Located;
 use super::screen::{LEVEL, Screened, Screening};
 use super::stage::Stage;
 use super::verdict::taken;
@@ -175,15 +176,32 @@ pub(super) struct Attribution {
     pub(super) evaluations: usize,
 }
 
+/// Which effects are looked for.
+pub(super) struct Allowed<'a> {
+    pub(super) asked: &'a [Effect],
+    /// Where the base model fails.
+    pub(super) located: Option<Located>,
+}
+
+impl Allowed<'_> {
+    fn ever(&self, effect: &Effect) -> bool {
+        self.asked.contains(effect)
+    }
+
+    /// In the first round only what may be missing where the base model fails.
+    fn in_round(&self, round: usize, effect: &Effect) -> bool {
+        let admitted = || self.located.is_none_or(|one| one.admits(effect));
+        self.ever(effect) && (round > 1 || admitted())
+    }
+}
+
 /// A stepwise selection of effects under way.
 pub(super) struct Selection<'a, 'b> {
     pub(super) evidence: &'a Evidence,
     pub(super) evaluator: &'a mut dyn Evaluator,
     /// What searches around each trial of an effect.
     pub(super) method: &'a dyn Method,
-    pub(super) allowed: &'a dyn Fn(&Effect) -> bool,
-    /// Which of them act where the base model fails.
-    admitted: &'a dyn Fn(&Effect) -> bool,
+    allowed: Allowed<'a>,
     pub(super) max_effects: usize,
     pub(super) stage: &'a mut Stage<'b>,
     /// Held-out cost of the base model above the noise.
@@ -200,8 +218,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         base: &Model,
         evaluator: &'a mut dyn Evaluator,
         method: &'a dyn Method,
-        allowed: &'a dyn Fn(&Effect) -> bool,
-        admitted: &'a dyn Fn(&Effect) -> bool,
+        allowed: Allowed<'a>,
         max_effects: usize,
         stage: &'a mut Stage<'b>,
     ) -> Self {
@@ -210,7 +227,6 @@ impl<'a, 'b> Selection<'a, 'b> {
             evaluator,
             method,
             allowed,
-            admitted,
             max_effects,
             stage,
             excess: excess(base),
@@ -280,7 +296,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             let own = effect
                 .output
                 .is_some_and(|output| resolved.contains(&output));
-            !own && (self.allowed)(effect) && (round > 1 || (self.admitted)(effect))
+            !own && self.allowed.in_round(round, effect)
         };
         let Some(screening) = Screening::new(self.evidence, model, &seen) else {
             return Ok(None);
@@ -600,7 +616,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         self.stage.begins("other forms");
         let all = known().flat_map(|entry| entry.on(model.structure()));
-        let all: Vec<Effect> = all.filter(|form| (self.allowed)(form)).collect();
+        let all: Vec<Effect> = all.filter(|form| self.allowed.ever(form)).collect();
         let changes = order.iter().flat_map(|&effect| {
             let forms = all.iter().copied();
             let forms = forms.filter(move |form| *form != effect && form.is_form_of(&effect));
@@ -639,7 +655,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         if !self.stage.goes_on() {
             return Ok(Vec::new());
         }
-        match Screening::new(self.evidence, reduced, self.allowed) {
+        match Screening::new(self.evidence, reduced, &|one| self.allowed.ever(one)) {
             Some(screening) => self.refit(reduced, &screening, 0),
             None => Ok(Vec::new()),
         }

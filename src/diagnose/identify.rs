@@ -1,6 +1,6 @@
 //! The procedure: from records to a diagnosed model.
 
-use super::attribution::{Added, Attribution, Decision, Selection, excess, worth};
+use super::attribution::{Added, Allowed, Attribution, Decision, Selection, excess, worth};
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
@@ -336,15 +336,12 @@ impl Diagnosis<'_> {
             return Ok(None);
         }
         base.evidence.look_at(model);
-        let allowed = |effect: &Effect| asked.contains(effect);
-        let admits = |effect: &Effect| located.is_none_or(|one| one.admits(effect));
         let selection = Selection::new(
             &base.evidence,
             model,
             &mut *self.evaluator,
             &*self.plan.local,
-            &allowed,
-            &admits,
+            Allowed { asked, located },
             self.options.max_effects,
             &mut self.stage,
         );

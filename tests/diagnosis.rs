@@ -175,8 +175,8 @@ fn a_ramp_before_the_loop_is_not_a_sensor_behind_it() {
 #[test]
 fn what_is_in_no_catalogue_gets_no_name() {
     let outsiders = [
-        "outsiders/coarse_dac/0",
         "outsiders/gain_jump/0",
+        "outsiders/coarse_dac/0",
         "outsiders/sensor_dead_band/0",
     ];
     let rows = diagnosed(&cases(&outsiders[..if soak() { 3 } else { 1 }]));

@@ -3,7 +3,7 @@
 use crate::browser;
 use crate::browser::{Browser, Shown};
 use crate::program::{BENCH, printed, servobee, servobee_with};
-use std::fs::{copy, create_dir, read_to_string, write};
+use std::fs::{create_dir, read_to_string, write};
 use std::panic::catch_unwind;
 use std::path::Path;
 use tempfile::TempDir;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 /// Records, and what a call of `identify` says of them.
 struct Case {
     name: &'static str,
-    synthesize: Option<&'static [&'static str]>,
+    synthesize: &'static [&'static str],
     identify: &'static [&'static str],
     /// What the first heading says.
     answer: &'static str,
@@ -22,21 +22,21 @@ struct Case {
 const CASES: [Case; 3] = [
     Case {
         name: "found",
-        synthesize: None,
-        identify: &["--effects", "delay,sensor_lag,friction"],
-        answer: "The response lags by 4.69 ms more than the model allows: delay.",
-        figures: &["ranking-2"],
+        synthesize: &["--effect", "delay=0.004,null_bias=0.3", "--seconds", "4"],
+        identify: &["--effects", "delay,null_bias"],
+        answer: "The valve answers as if 0.299 V were added to the command (null bias) and the response lags by 4 ms more than the model allows (delay).",
+        figures: &["ranking-2", "time-flow", "residual-flow", "spectrum-flow"],
     },
     Case {
         name: "none",
-        synthesize: Some(&["--seconds", "4", "--no-flow"]),
+        synthesize: &["--seconds", "4", "--no-flow"],
         identify: &["--effects", "delay,null_bias"],
         answer: "The base model lacks nothing that this record shows.",
         figures: &[],
     },
     Case {
         name: "unexplained",
-        synthesize: Some(&["--outsider", "detent=0.3", "--seconds", "4", "--no-flow"]),
+        synthesize: &["--outsider", "detent=0.3", "--seconds", "4", "--no-flow"],
         identify: &["--effects", "delay,null_bias"],
         answer: "The base model lacks something that none of the 2 effects that were asked explains.",
         figures: &[],
@@ -59,32 +59,15 @@ impl Case {
     /// Writes the page of this case into `folder`.
     fn page(&self, folder: &Path) -> String {
         let record = format!("{}.csv", self.name);
-        match self.synthesize {
-            None => {
-                copy(BENCH, folder.join(&record)).unwrap();
-            }
-            Some(arguments) => {
-                printed(&servobee(
-                    folder,
-                    &[&["synthesize", "--out", &record], arguments].concat(),
-                ));
-            }
-        }
+        let synthesize = [&["synthesize", "--out", &record], self.synthesize].concat();
+        printed(&servobee(folder, &synthesize));
         let call = [&["identify", &record, "--out", self.name], self.identify].concat();
         printed(&servobee(folder, &call));
         read_to_string(folder.join(self.name).join("report.html")).unwrap()
     }
 
     fn expected(&self) -> impl Iterator<Item = &'static str> {
-        let flow: &[&str] = if self.synthesize.is_none() {
-            &["time-flow", "residual-flow", "spectrum-flow"]
-        } else {
-            &[]
-        };
-        FIGURES
-            .into_iter()
-            .chain(self.figures.iter().copied())
-            .chain(flow.iter().copied())
+        FIGURES.into_iter().chain(self.figures.iter().copied())
     }
 }
 
@@ -173,7 +156,7 @@ fn every_verdict_has_its_answer_and_every_figure() {
         assert_eq!(incomplete, case.name == "unexplained");
         assert_eq!(
             card[0].contains("Rated flow at 10 bar: "),
-            case.synthesize.is_none()
+            case.name == "found"
         );
         for explained in [
             "The base model is ",

@@ -249,21 +249,19 @@ impl<'a, 'b> Selection<'a, 'b> {
         };
         let mut exchanges = 0;
         let mut round = 0;
-        // What an earlier choice leaves nothing of needs no other.
-        let mut suffices = false;
         while order.len() < self.max_effects && self.stage.goes_on() {
+            // What the choices so far leave nothing of needs no other.
+            if round > 0 && self.evidence.is_followed_by(&model) {
+                break;
+            }
             round += 1;
-            suffices = suffices || (round > 1 && self.evidence.is_followed_by(&model));
-            let room = match suffices {
-                true => 1,
-                false => self.max_effects - order.len(),
-            };
+            let room = self.max_effects - order.len();
             let Some(next) = self.addition(&model, round, room)? else {
                 break;
             };
             order.extend(new(&next, &order));
             model = next;
-            while !suffices && exchanges < EXCHANGES && self.stage.goes_on() {
+            while exchanges < EXCHANGES && self.stage.goes_on() {
                 let Some(better) = self.exchange(&model, &order)? else {
                     break;
                 };
@@ -436,7 +434,7 @@ impl<'a, 'b> Selection<'a, 'b> {
     /// with the poles that the loop came to rest with alone, or the best one with a limit of those `effects` that it may be instead.
     fn exchange_poles(&mut self, effects: &[Effect], models: &mut Vec<(Effect, Model)>) {
         let evidence = self.evidence;
-        let pairs = models.iter().flat_map(|(effect, model)| {
+        let pairs = models.par_iter().flat_map_iter(|(effect, model)| {
             let others = models.iter().map(|(other, _)| *other);
             others.filter_map(move |other| {
                 Some((other, evidence.with_poles_exchanged(model, *effect, other)?))
@@ -446,11 +444,10 @@ impl<'a, 'b> Selection<'a, 'b> {
             let [a, b] = [a, b].map(|one| one.1.loss(Side::HoldOut));
             a.total_cmp(&b)
         };
-        let best = models.iter().min_by(by_loss).into_iter();
-        let limited = best.flat_map(|(effect, model)| {
-            effects.iter().filter_map(move |&other| {
-                Some((other, evidence.with_limit_for_loop(model, *effect, other)?))
-            })
+        let best = models.iter().min_by(by_loss);
+        let limited = effects.par_iter().filter_map(|&other| {
+            let (effect, model) = best?;
+            Some((other, evidence.with_limit_for_loop(model, *effect, other)?))
         });
         let exchanged: Vec<(Effect, Model)> = pairs.chain(limited).collect();
         for (effect, one) in exchanged {

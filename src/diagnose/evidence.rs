@@ -338,7 +338,7 @@ impl Evidence {
         let begun = |trial: Vec<f64>| {
             let own = model.problem.parameters.iter().cloned();
             let start: Vec<Parameter> = own.chain(self.at(form, &trial)).collect();
-            self.polished_a_little(self.problem(&structure, &start))
+            self.problem(&structure, &start)
         };
         let trials = form.trials(&self.sizes);
         let sized = trials.clone().into_iter().map(|mut trial| {
@@ -347,9 +347,7 @@ impl Evidence {
             }
             trial
         });
-        let polished = trials.into_iter().chain(sized).filter_map(begun);
-        let (_, problem) = polished.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        self.polished(problem)
+        self.polished_best(trials.into_iter().chain(sized).map(begun))
     }
 
     /// `model` with `other` in the place of its `effect`, fitted from where the loop has the effect's poles and the other those of
@@ -364,8 +362,7 @@ impl Evidence {
         if !pairs || model.structure().observed.len() > 1 {
             return None;
         }
-        let [gain, lag] = [GAIN, TIME_CONSTANT].map(|name| model.value(name));
-        let (gain, lag) = (gain?, lag?);
+        let (gain, lag) = (model.value(GAIN)?, model.value(TIME_CONSTANT)?);
         let trial = [natural_frequency(gain, lag) / TAU, damping_ratio(gain, lag)];
         // Before those of the effect, which may be the same one.
         let start = self.with_poles_of(model, effect)?;
@@ -393,14 +390,20 @@ impl Evidence {
             ..model.clone()
         };
         let trials = other.trials(&self.sizes).into_iter();
-        let begun = trials.filter_map(|trial| {
+        let begun = trials.map(|trial| {
             let released = Start {
                 trial,
                 released: true,
             };
-            self.polished_a_little(self.extended(&loop_alone, other, &released))
+            self.extended(&loop_alone, other, &released)
         });
-        let (_, problem) = begun.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.polished_best(begun)
+    }
+
+    /// The one of `begun` that costs least after a polish of few steps, polished.
+    fn polished_best(&self, begun: impl Iterator<Item = Problem>) -> Option<Model> {
+        let polished = begun.filter_map(|problem| self.polished_a_little(problem));
+        let (_, problem) = polished.min_by(|a, b| a.0.total_cmp(&b.0))?;
         self.polished(problem)
     }
 

@@ -193,7 +193,7 @@ impl<R: Real> Attached<R> {
             feels_load |= effect.entry.port == Port::Actuator && action.feels_load();
             pulls |= action.pulls();
             sticks |= action.sticks();
-            let in_steps = effect.entry.port == Port::Actuator || action.acts_on_the_reference();
+            let in_steps = effect.acts_in_steps_as(&action);
             ends_steps |= in_steps;
             effects.push(Placed {
                 in_steps,

@@ -23,13 +23,12 @@ impl Electronics {
         let dead_band = value(planted, Kind::DeadBand);
         let null_bias = value(planted, Kind::NullBias);
         let dc_gain = find(planted, Kind::DcGain, Form::Usual).map_or(1.0, |p| p.value);
-        let lag = |form| find(planted, Kind::CommandLag, form).map(|p| p.value);
-        let lags = match (lag(Form::Usual), lag(Form::SecondOrder)) {
-            (Some(whole), _) => vec![Lag::new(whole)],
-            // Together as late as the one.
-            (None, Some(whole)) => vec![Lag::new(whole / 2.0), Lag::new(whole / 2.0)],
-            (None, None) => vec![],
-        };
+        let mut lag = [Form::Usual, Form::SecondOrder]
+            .into_iter()
+            .filter_map(|form| find(planted, Kind::CommandLag, form));
+        let lags = lag
+            .next()
+            .map_or(vec![], |p| Lag::in_a_row(p.form, p.value));
         let mut path = Self {
             dead_band,
             dc_gain,

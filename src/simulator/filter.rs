@@ -1,5 +1,7 @@
 //! Linear filters, exact or nearly so for an input that is straight within a step.
 
+use super::planted::Form;
+
 /// A first-order lag τ y' = u − y.
 #[derive(Debug, Clone)]
 pub(super) struct Lag {
@@ -16,6 +18,14 @@ impl Lag {
             time_constant,
             input: 0.0,
             value: 0.0,
+        }
+    }
+
+    /// Those of the form `form`, one behind the other, which together are `whole` s late.
+    pub(super) fn in_a_row(form: Form, whole: f64) -> Vec<Self> {
+        match form {
+            Form::SecondOrder => vec![Self::new(whole / 2.0), Self::new(whole / 2.0)],
+            _ => vec![Self::new(whole)],
         }
     }
 

@@ -100,11 +100,7 @@ impl Sensor {
                 .filter(|p| p.channel == channel && p.value != 0.0);
             own.find(|p| p.effect == kind)
         };
-        let lags = on(Kind::SensorLag).map_or(vec![], |p| match p.form {
-            // Together as late as the one.
-            Form::SecondOrder => vec![Lag::new(p.value / 2.0), Lag::new(p.value / 2.0)],
-            _ => vec![Lag::new(p.value)],
-        });
+        let lags = on(Kind::SensorLag).map_or(vec![], |p| Lag::in_a_row(p.form, p.value));
         let mut sensor = Self {
             channel,
             outsiders: outsiders.to_vec(),

@@ -3,6 +3,7 @@
 use super::entry::on;
 use super::view::{Excitation, View, looked_at};
 use super::{Act, Action, Entry, Host, Port, Scale, Trial, entry, known};
+use crate::model::real::Real;
 use crate::model::{Output, Parameter};
 use crate::record::joined;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -80,7 +81,11 @@ impl Effect {
 
     /// Whether it acts within the integration steps that move the spool.
     pub(in crate::model) fn acts_in_steps(&self) -> bool {
-        let action = Action::<f64>::new(self.entry.name, || 1.0);
+        self.acts_in_steps_as(&Action::<f64>::new(self.entry.name, || 1.0))
+    }
+
+    /// The same, of its own `action`.
+    pub(in crate::model) fn acts_in_steps_as<R: Real>(&self, action: &Action<R>) -> bool {
         self.entry.port == Port::Actuator || action.acts_on_the_reference()
     }
 

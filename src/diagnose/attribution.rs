@@ -174,7 +174,11 @@ pub(super) struct Attribution {
     pub(super) considered: Vec<Considered>,
     /// Candidates evaluated.
     pub(super) evaluations: usize,
+    refits: Refits,
 }
+
+/// What was refitted on top of which effects.
+type Refits = HashMap<Vec<String>, Vec<(Effect, Model)>>;
 
 /// Which effects are looked for.
 pub(super) struct Allowed<'a> {
@@ -206,8 +210,7 @@ pub(super) struct Selection<'a, 'b> {
     pub(super) stage: &'a mut Stage<'b>,
     /// Held-out cost of the base model above the noise.
     pub(super) excess: f64,
-    /// What was refitted on top of which effects.
-    refits: HashMap<Vec<String>, Vec<(Effect, Model)>>,
+    refits: Refits,
     considered: Vec<Considered>,
     evaluations: usize,
 }
@@ -230,7 +233,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             max_effects,
             stage,
             excess: excess(base),
-            refits: HashMap::new(),
+            refits: Refits::new(),
             considered: Vec::new(),
             evaluations: 0,
         }
@@ -272,12 +275,12 @@ impl<'a, 'b> Selection<'a, 'b> {
             }
         }
         self.drop_superfluous(&mut model, &mut order);
-        let added = self.steps(base, &model, &order)?;
         Ok(Attribution {
+            added: self.chain(base, &model, &order),
             model,
-            added,
             considered: self.considered,
             evaluations: self.evaluations,
+            refits: self.refits,
         })
     }
 
@@ -680,12 +683,11 @@ impl<'a, 'b> Selection<'a, 'b> {
         own.next().map(|(_, model)| model.clone())
     }
 
-    /// The chain of effects with the error at each step, and what each is tied with.
-    fn steps(&mut self, base: &Model, model: &Model, order: &[Effect]) -> Result<Vec<Added>> {
+    /// The chain of effects with the error at each step.
+    fn chain(&self, base: &Model, model: &Model, order: &[Effect]) -> Vec<Added> {
         let mut added = Vec::new();
         let mut current = base.clone();
         for (i, &effect) in order.iter().enumerate() {
-            self.stage.begins(&format!("rivals of {effect}"));
             let structure = current.structure().with(effect);
             let next = match i + 1 == order.len() {
                 true => model.clone(),
@@ -697,41 +699,50 @@ impl<'a, 'b> Selection<'a, 'b> {
                         .unwrap_or_else(|| current.clone())
                 }
             };
-            let mut tied = Vec::new();
-            let mut contest = None;
-            if let Some(reduced) = self.without(model, effect) {
-                let mut rivals = self.alternatives(&reduced)?;
-                rivals.retain(|(other, _)| *other != effect);
-                let loss = |(_, rival): &(Effect, Model)| rival.loss(Side::HoldOut);
-                let closest = rivals.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)));
-                contest = Some(Contest {
-                    without: (&reduced.problem).into(),
-                    with: (&model.problem).into(),
-                    rival: closest.map(|(effect, rival)| Rival {
-                        effect: *effect,
-                        refit: (&rival.problem).into(),
-                        error: rival.loss(Side::HoldOut).sqrt(),
-                    }),
-                });
-                for (other, rival) in rivals {
-                    // What a form has more than the one that is as good is not needed: that is no other cause.
-                    let richer = other.is_form_of(&effect) && size(&rival) > size(model);
-                    if !richer && self.same(&rival, model) && self.worth(&reduced, &rival) {
-                        tied.push((rival.loss(Side::HoldOut), other));
-                    }
-                }
-            }
-            tied.sort_by(|a, b| a.0.total_cmp(&b.0));
             added.push(Added {
                 effect,
-                tied_with: tied.into_iter().map(|(_, other)| other).collect(),
+                tied_with: Vec::new(),
                 error_before: current.loss(Side::HoldOut).sqrt(),
                 error_after: next.loss(Side::HoldOut).sqrt(),
-                contest,
+                contest: None,
             });
             current = next;
         }
-        Ok(added)
+        added
+    }
+
+    /// Compares each effect of what was `found` with its rivals: what it is tied with, and the closest.
+    pub(super) fn contests(mut self, found: &mut Attribution) -> Result<()> {
+        self.refits = std::mem::take(&mut found.refits);
+        let model = &found.model;
+        for one in &mut found.added {
+            let effect = one.effect;
+            self.stage.begins(&format!("rivals of {effect}"));
+            let Some(reduced) = self.without(model, effect) else {
+                continue;
+            };
+            let mut rivals = self.alternatives(&reduced)?;
+            rivals.retain(|(other, _)| *other != effect);
+            rivals
+                .sort_by(|(_, a), (_, b)| a.loss(Side::HoldOut).total_cmp(&b.loss(Side::HoldOut)));
+            one.contest = Some(Contest {
+                without: (&reduced.problem).into(),
+                with: (&model.problem).into(),
+                rival: rivals.first().map(|(effect, rival)| Rival {
+                    effect: *effect,
+                    refit: (&rival.problem).into(),
+                    error: rival.loss(Side::HoldOut).sqrt(),
+                }),
+            });
+            let ties = rivals.iter().filter(|(other, rival)| {
+                // What a form has more than the one that is as good is not needed: that is no other cause.
+                let richer = other.is_form_of(&effect) && size(rival) > size(model);
+                !richer && self.same(rival, model) && self.worth(&reduced, rival)
+            });
+            one.tied_with = ties.map(|(other, _)| *other).collect();
+        }
+        found.evaluations += self.evaluations;
+        Ok(())
     }
 
     /// Notes what became of every effect of a round.

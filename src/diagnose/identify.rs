@@ -190,9 +190,13 @@ struct Base<'a> {
     evidence: Evidence,
     /// The base model on the evidence; `None` where it diverges there or nothing was held out.
     model: Option<Model>,
+    /// The effects that may be missing.
+    asked: Vec<Effect>,
+    /// Where it fails.
+    located: Option<Located>,
 }
 
-impl Diagnosis<'_> {
+impl<'d> Diagnosis<'d> {
     /// Diagnoses `problem`, whose base parameters are near `start`, where the channels have this `noise`.
     fn of(
         &mut self,
@@ -212,21 +216,23 @@ impl Diagnosis<'_> {
         let before = self.polished(problem, start, &noise)?;
         let sizes = self.sizes.clone();
         let evidence = Evidence::new(&before, &noise, self.measurements, sizes, self.plan);
+        // Also where no effect is asked: it takes a second.
+        let located_before = match before.structured() {
+            true => self.located(&before, &noise),
+            false => None,
+        };
+        let asked = self
+            .options
+            .asked(&before.problem.structure, self.measurements.is_static);
         let mut base = Base {
             model: evidence.start_from(&before),
             fitted: &before,
             noise: &noise,
             evidence,
+            asked: asked.clone(),
+            located: located_before,
         };
-        let asked = self
-            .options
-            .asked(&before.problem.structure, self.measurements.is_static);
-        // Also where only that is asked: it takes a second.
-        let located_before = match before.structured() {
-            true => self.located(&before, &noise),
-            false => None,
-        };
-        let attribution = self.attribution(&mut base, &asked, located_before)?;
+        let attribution = self.attribution(&mut base)?;
         let mut criteria = Criteria {
             diagnosed: !asked.is_empty() && base.model.is_some() && self.stage.goes_on(),
             before: 1.0,
@@ -245,7 +251,8 @@ impl Diagnosis<'_> {
         if let (Some(model), Some(mut found)) = (&base.model, attribution) {
             criteria.before = model.loss(Side::HoldOut);
             criteria.after = found.model.loss(Side::HoldOut);
-            after = self.named(&base, &mut found, &mut criteria)?;
+            after = self.named(&base, model, &mut found, &mut criteria)?;
+            self.evaluations += found.evaluations;
             considered = found.considered;
             if after.is_some() {
                 added = found.added;
@@ -321,39 +328,40 @@ impl Diagnosis<'_> {
         self.polished(problem, &start, base.noise)
     }
 
-    /// Which of the effects that were `asked` the base model lacks, which fails where it is `located`; `None` where none was
-    /// looked for.
-    fn attribution(
-        &mut self,
-        base: &mut Base,
-        asked: &[Effect],
-        located: Option<Located>,
-    ) -> Result<Option<Attribution>> {
+    /// Which of the effects that were asked the base model lacks; `None` where none was looked for.
+    fn attribution(&mut self, base: &mut Base) -> Result<Option<Attribution>> {
         let Some(model) = &base.model else {
             return Ok(None);
         };
-        if asked.is_empty() || base.fitted.exact() || !self.stage.goes_on() {
+        if base.asked.is_empty() || base.fitted.exact() || !self.stage.goes_on() {
             return Ok(None);
         }
         base.evidence.look_at(model);
-        let selection = Selection::new(
+        let found = self.selection(base, model).run(model)?;
+        Ok(Some(found))
+    }
+
+    /// A selection of what is missing of `base`, whose model this is.
+    fn selection<'s>(&'s mut self, base: &'s Base, model: &Model) -> Selection<'s, 'd> {
+        Selection::new(
             &base.evidence,
             model,
             &mut *self.evaluator,
             &*self.plan.local,
-            Allowed { asked, located },
+            Allowed {
+                asked: &base.asked,
+                located: base.located,
+            },
             self.options.max_effects,
             &mut self.stage,
-        );
-        let found = selection.run(model)?;
-        self.evaluations += found.evaluations;
-        Ok(Some(found))
+        )
     }
 
     /// The base model with the effects that were `found`, where they explain enough to be named.
     fn named(
         &mut self,
         base: &Base,
+        model: &Model,
         found: &mut Attribution,
         criteria: &mut Criteria,
     ) -> Result<Option<Fitted>> {
@@ -371,6 +379,7 @@ impl Diagnosis<'_> {
         let named =
             |criteria: &Criteria| matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
         if named(criteria) {
+            self.selection(base, model).contests(found)?;
             return Ok(Some(candidate));
         }
         let added: Vec<Effect> = found.added.iter().map(|one: &Added| one.effect).collect();

@@ -175,11 +175,12 @@ fn a_ramp_before_the_loop_is_not_a_sensor_behind_it() {
 #[test]
 fn what_is_in_no_catalogue_gets_no_name() {
     let outsiders = [
+        "outsiders/pump_ripple/0",
         "outsiders/gain_jump/0",
         "outsiders/coarse_dac/0",
         "outsiders/sensor_dead_band/0",
     ];
-    let rows = diagnosed(&cases(&outsiders[..if soak() { 3 } else { 1 }]));
+    let rows = diagnosed(&cases(&outsiders[..if soak() { 4 } else { 1 }]));
     for row in rows {
         assert_eq!(row.verdict, "unexplained", "{}: {}", row.case, row.named);
         assert_eq!(row.named, "", "{}", row.case);

@@ -23,6 +23,9 @@ const LEAST_OF_EXCESS: f64 = 0.03;
 /// Unless it takes this share of what is still left above the noise: where the first effect was large, what follows is small
 /// beside it, and plain.
 const LEAST_OF_LEFT: f64 = 0.4;
+/// The largest of so many effects as may still be added takes as large a share of what is left as each of as many equal ones, if
+/// they take all of it together. One that takes less than this part of that is the first of a pile that is never named.
+const LEAST_OF_AN_EQUAL_SHARE: f64 = 0.5;
 /// An effect whose predicted reduction of the cost is below this share of the best one's is not refitted.
 const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.
@@ -262,6 +265,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             let Some(next) = self.addition(&model, round, room)? else {
                 break;
             };
+            let before = model.loss(Side::HoldOut);
             order.extend(new(&next, &order));
             model = next;
             while exchanges < EXCHANGES && self.stage.goes_on() {
@@ -272,6 +276,11 @@ impl<'a, 'b> Selection<'a, 'b> {
                 order.retain(|effect| better.structure().effects.contains(effect));
                 order.extend(new(&better, &order));
                 model = better;
+            }
+            // What is left is shared by too many.
+            let share = taken(before, model.loss(Side::HoldOut));
+            if share < LEAST_OF_AN_EQUAL_SHARE / room as f64 {
+                break;
             }
         }
         self.drop_superfluous(&mut model, &mut order);

@@ -158,6 +158,9 @@ fn every_verdict_has_its_answer_and_every_figure() {
             card[0].contains("Rated flow at 10 bar: "),
             case.name == "found"
         );
+        // The spool fails alone, and the flow is measured, too.
+        let words = "only what acts there or at the sensor of the spool was looked for first";
+        assert_eq!(page.contains(words), case.name == "found", "{}", case.name);
         for explained in [
             "The base model is ",
             "Held-out rows are ",

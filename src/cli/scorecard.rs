@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 /// Counts how often the diagnosis is right, on hundreds of records with planted effects
 ///
 /// The records are made by the simulator of servobee synthesize: nothing planted (null), one effect (single), one effect in
-/// another form than the catalogue's (forms), two effects (pairs), and what is in no catalogue (outsiders). Every
+/// another form than the catalogue's (forms), two effects (pairs), what is in no catalogue (outsiders), and one
+/// effect that the diagnosis is not allowed to name (left_out). Every
 /// effect is planted so strongly that the base model's held-out error is about 1.75, 3 and 6 times the noise on its
 /// worst channel. Each record is diagnosed as servobee identify does it.
 #[derive(clap::Args)]
@@ -31,9 +32,9 @@ pub(super) struct Arguments {
     /// Groups of cases that are run
     #[arg(
         long,
-        value_name = "null,single,forms,pairs,outsiders",
+        value_name = "null,single,forms,pairs,outsiders,left_out",
         value_delimiter = ',',
-        default_value = "null,single,forms,pairs,outsiders",
+        default_value = "null,single,forms,pairs,outsiders,left_out",
         hide_default_value = true
     )]
     groups: Vec<Group>,
@@ -246,7 +247,7 @@ fn print(summary: &Summary, records: usize) {
         tell!("{what}\n{}\n", table(&heads, tallies.iter().map(cells)));
     }
     tell!(
-        "good: named exactly or in a tie of at most three; null: verdict none; outsiders: unexplained.\n\
+        "good: named exactly or in a tie of at most three; null: verdict none; outsiders, left_out: unexplained.\n\
          misnamed: a name for what is not there (right plus, wrong, a false alarm with a name).\n"
     );
     if !summary.confusions.is_empty() {

@@ -1,7 +1,7 @@
 //! One case: its record, its diagnosis, its outcome.
 
 use super::outcome::{Outcome, judge};
-use super::plan::{Case, Group, Subject, random};
+use super::plan::{Case, Group, Subject, Variant, random};
 use super::strength::Open;
 use crate::Result;
 use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, Place, identify};
@@ -167,7 +167,11 @@ impl Case {
     ) -> Result<(Row, Identified)> {
         let record = setup.record()?;
         let started = Instant::now();
-        let identified = diagnose(record, evaluator)?;
+        let left_out = match (&self.subject, self.group) {
+            (Subject::Effects(effects), Group::LeftOut) => effects.iter().map(cause).collect(),
+            _ => Vec::new(),
+        };
+        let identified = diagnose(record, &left_out, evaluator)?;
         let seconds = started.elapsed().as_secs_f64();
         Ok((self.row(setup, &identified, seconds), identified))
     }
@@ -188,11 +192,11 @@ impl Case {
             })
             .collect();
         let effects: &[_] = match &self.subject {
-            Subject::Effects(effects) => effects,
+            Subject::Effects(effects) if self.group != Group::LeftOut => effects,
             _ => &[],
         };
         let known: Vec<String> = effects.iter().map(|one| one.catalogue_name()).collect();
-        let odd = matches!(self.subject, Subject::Outsider(_));
+        let odd = matches!(self.subject, Subject::Outsider(_)) || self.group == Group::LeftOut;
         let verdict = identified.verdict;
         let observed = &identified.before.problem.structure.observed;
         let noise = |output: Output| setup.noise_std(output.channel());
@@ -238,12 +242,30 @@ impl Case {
     }
 }
 
-/// Diagnoses a record as `servobee identify` does where nothing is said.
-fn diagnose(record: Record, evaluator: &mut dyn Evaluator) -> Result<Identified> {
+/// What an effect is a form of, in the catalogue.
+fn cause(effect: &Variant) -> &'static str {
+    let effect: Effect = effect
+        .catalogue_name()
+        .parse()
+        .expect("a name of the catalogue");
+    effect.entry.cause()
+}
+
+/// Diagnoses a record as `servobee identify` does where nothing is said, but with a catalogue without some causes.
+fn diagnose(
+    record: Record,
+    left_out: &[&str],
+    evaluator: &mut dyn Evaluator,
+) -> Result<Identified> {
     record.check_excited()?;
     let records = [record];
     let problem = IdentificationProblem::of(&records, &[], Cut::default())?;
-    let options = Options::on(&problem.structure, CATALOGUE, MAX_EFFECTS);
+    let known = CATALOGUE
+        .iter()
+        .copied()
+        .filter(|entry| !left_out.contains(&entry.cause()));
+    let known: Vec<_> = known.collect();
+    let options = Options::on(&problem.structure, &known, MAX_EFFECTS);
     identify(
         problem,
         evaluator,

@@ -71,7 +71,7 @@ impl Outcome {
     /// Whether it is what one hopes for in this group.
     pub fn good(self, group: Group) -> bool {
         match group {
-            Group::Outsiders => self == Self::Unexplained,
+            Group::Outsiders | Group::LeftOut => self == Self::Unexplained,
             _ => matches!(self, Self::Right | Self::Tied),
         }
     }

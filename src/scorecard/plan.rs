@@ -23,16 +23,19 @@ pub enum Group {
     Pairs,
     /// What is in no catalogue.
     Outsiders,
+    /// One effect, diagnosed with a catalogue without its cause: no name is right.
+    LeftOut,
 }
 
 impl Group {
     /// All of them.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Null,
         Self::Single,
         Self::Forms,
         Self::Pairs,
         Self::Outsiders,
+        Self::LeftOut,
     ];
 
     /// Its name in a case's.
@@ -43,6 +46,7 @@ impl Group {
             Self::Forms => "forms",
             Self::Pairs => "pairs",
             Self::Outsiders => "outsiders",
+            Self::LeftOut => "left_out",
         }
     }
 
@@ -54,6 +58,7 @@ impl Group {
             Self::Forms => 2.0,
             Self::Pairs => 60.0,
             Self::Outsiders => 5.0,
+            Self::LeftOut => 1.0,
         }
     }
 }
@@ -344,7 +349,7 @@ impl Plan {
                 cases.retain(|(_, case)| plants(case));
             }
             // Of few cases no two are of one kind, and which kinds they are does not follow the list of effects.
-            Group::Single | Group::Forms | Group::Outsiders => {
+            Group::Single | Group::Forms | Group::Outsiders | Group::LeftOut => {
                 cases.retain(|(_, case)| plants(case));
                 let kinds = cases.len() as f64 / rounds;
                 let number = share(group.size() * kinds * self.count);
@@ -365,10 +370,10 @@ impl Plan {
 
     /// The first `number` cases of each kind in a group.
     fn first(&self, group: Group, number: usize) -> Vec<Case> {
-        let strong = |variants: Vec<Variant>| -> Vec<Case> {
+        let strong = |variants: Vec<Variant>, targets: &[(&str, f64)]| -> Vec<Case> {
             let mut cases = Vec::new();
             for variant in variants {
-                for (name, target) in TARGETS {
+                for &(name, target) in targets {
                     cases.extend((0..number).map(|index| Case {
                         id: format!("{group}/{variant}/{name}/{index}"),
                         group,
@@ -388,8 +393,9 @@ impl Plan {
                     targets: Vec::new(),
                 })
                 .collect(),
-            Group::Single => strong(Variant::usual()),
-            Group::Forms => strong(Variant::others()),
+            Group::Single => strong(Variant::usual(), &TARGETS),
+            Group::Forms => strong(Variant::others(), &TARGETS),
+            Group::LeftOut => strong(Variant::usual(), &TARGETS[1..2]),
             Group::Pairs => (0..number).map(|index| self.pair(index)).collect(),
             Group::Outsiders => {
                 let one = |oddity: Oddity, index: usize| {

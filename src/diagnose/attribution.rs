@@ -255,20 +255,22 @@ impl<'a, 'b> Selection<'a, 'b> {
         };
         let mut exchanges = 0;
         let mut round = 0;
+        // Where the choices so far leave nothing that a verdict asks for, a weak effect may still be seen.
+        let mut suffices = false;
         while order.len() < self.max_effects && self.stage.goes_on() {
-            // What the choices so far leave nothing of needs no other.
-            if round > 0 && self.evidence.is_followed_by(&model) {
-                break;
-            }
             round += 1;
-            let room = self.max_effects - order.len();
+            suffices = suffices || (round > 1 && self.evidence.is_followed_by(&model));
+            let room = match suffices {
+                true => 1,
+                false => self.max_effects - order.len(),
+            };
             let Some(next) = self.addition(&model, round, room)? else {
                 break;
             };
             let before = model.loss(Side::HoldOut);
             order.extend(new(&next, &order));
             model = next;
-            while exchanges < EXCHANGES && self.stage.goes_on() {
+            while !suffices && exchanges < EXCHANGES && self.stage.goes_on() {
                 let Some(better) = self.exchange(&model, &order)? else {
                     break;
                 };
@@ -279,7 +281,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             }
             // What is left is shared by too many.
             let share = taken(before, model.loss(Side::HoldOut));
-            if share < LEAST_OF_AN_EQUAL_SHARE / room as f64 {
+            if !suffices && share < LEAST_OF_AN_EQUAL_SHARE / room as f64 {
                 break;
             }
         }
@@ -664,7 +666,8 @@ impl<'a, 'b> Selection<'a, 'b> {
         if !self.stage.goes_on() {
             return Ok(Vec::new());
         }
-        match Screening::new(self.evidence, reduced, &|one| self.allowed.ever(one)) {
+        let allowed = |one: &Effect| self.allowed.ever(one);
+        match Screening::new(self.evidence, reduced, &allowed) {
             Some(screening) => self.refit(reduced, &screening, 0),
             None => Ok(Vec::new()),
         }

@@ -529,6 +529,24 @@ fn a_form_with_more_parameters_that_are_not_needed_is_no_tie() {
     }
 }
 
+/// The gain alone brings the model to the noise, and leaves nothing that the verdict asks for.
+#[test]
+fn a_weak_effect_beside_one_that_suffices_is_named_too() {
+    let planted = ["dc_gain=1.02", "flow_force=0.008"];
+    let setup = Setup {
+        planted: planted.map(|one| one.parse().unwrap()).into(),
+        seconds: 5.0,
+        ..Setup::default()
+    };
+    let some = ["dc_gain", "flow_force"].map(|name| entry(name).unwrap());
+    let found = asked(&some, &[setup.record().unwrap()], &[]);
+    assert_eq!(
+        (found.verdict, &names(&found)[..]),
+        (Verdict::Found, &["dc_gain", "flow_force"][..])
+    );
+    assert!(found.added[0].error_after < 1.1, "{:?}", found.added[0]);
+}
+
 /// Where a spool is caught by a spring, half the steps move a few rows by twice the noise, and all together by less.
 #[test]
 fn a_stop_that_is_touched_now_and_then_is_no_error_of_integration() {

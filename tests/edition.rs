@@ -383,7 +383,7 @@ fn a_german_page_has_no_english_text_and_fits_on_paper() {
     let long = [
         "synthesize",
         "--seconds",
-        "50",
+        "40",
         "--no-flow",
         "--out",
         "long.csv",
@@ -398,7 +398,7 @@ fn a_german_page_has_no_english_text_and_fits_on_paper() {
         "long",
     ];
     let long = page(&call, "long/report.html");
-    assert!(long.contains("Effekte werden nach 35000 von 50000 Zeilen gewählt"));
+    assert!(long.contains("Effekte werden nach 32000 von 40000 Zeilen gewählt"));
 
     create_dir(folder.path().join("in")).unwrap();
     for (seed, name) in [(1, "before.csv"), (2, "after.csv")] {

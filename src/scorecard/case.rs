@@ -315,7 +315,8 @@ fn covered(setup: &Setup, known: &[String], identified: &Identified) -> [Option<
     let mut known = known.to_vec();
     added.sort();
     known.sort();
-    let complete = added == known && setup.outsiders.is_empty();
+    let all_known = known.len() == setup.planted.len() && setup.outsiders.is_empty();
+    let complete = all_known && added == known;
     if !complete || setup.planted.iter().any(|p| p.form != Form::Usual) {
         return [None; 4];
     }

@@ -302,7 +302,7 @@ fn the_same_call_writes_the_same_page_and_a_long_record_a_small_one() {
         "--out",
         "long.csv",
         "--seconds",
-        "30",
+        "60",
         "--no-flow",
         "--effect",
         "delay=0.003",
@@ -332,7 +332,7 @@ fn the_same_call_writes_the_same_page_and_a_long_record_a_small_one() {
     let first = run("first", "1");
     assert!(
         first.len() < 600_000,
-        "{} bytes for 30 000 rows",
+        "{} bytes for 60 000 rows",
         first.len()
     );
     assert!(first == run("second", "2"), "two runs differ");

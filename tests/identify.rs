@@ -883,6 +883,9 @@ fn an_undeclared_delay_is_named_added_and_explains_everything() {
     assert_eq!(report["verdict"], "found");
     let effects = report["effects"].as_array().unwrap();
     assert_eq!(effects.len(), 1, "{effects:?}");
+    let page = read_to_string(folder.path().join("out/report.html")).unwrap();
+    let answer = "<h1>The response lags by 4.69 ms more than the model allows: delay.</h1>";
+    assert!(page.contains(answer));
     let delay = &effects[0];
     assert_eq!(delay["name"], "delay");
     assert_eq!(delay["port"], "command");

@@ -1,7 +1,7 @@
 //! One case: its record, its diagnosis, its outcome.
 
 use super::outcome::{Outcome, judge};
-use super::plan::{Case, Group, Subject, Variant, random};
+use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
 use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, Place, identify};
@@ -168,7 +168,10 @@ impl Case {
         let record = setup.record()?;
         let started = Instant::now();
         let left_out = match (&self.subject, self.group) {
-            (Subject::Effects(effects), Group::LeftOut) => effects.iter().map(cause).collect(),
+            (Subject::Effects(effects), Group::LeftOut) => {
+                let causes = effects.iter().map(|one| one.effect().entry.cause());
+                causes.collect()
+            }
             _ => Vec::new(),
         };
         let identified = diagnose(record, &left_out, evaluator)?;
@@ -240,15 +243,6 @@ impl Case {
             seconds,
         }
     }
-}
-
-/// What an effect is a form of, in the catalogue.
-fn cause(effect: &Variant) -> &'static str {
-    let effect: Effect = effect
-        .catalogue_name()
-        .parse()
-        .expect("a name of the catalogue");
-    effect.entry.cause()
 }
 
 /// Diagnoses a record as `servobee identify` does where nothing is said, but with a catalogue without some causes.

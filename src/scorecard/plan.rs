@@ -1,6 +1,7 @@
 //! Which cases there are.
 
 use crate::diagnose::Place;
+use crate::model::effects::Effect;
 use crate::record::Channel;
 use crate::simulator::{Form, Kind, Meter, Oddity};
 use crate::{Error, Result};
@@ -139,6 +140,12 @@ impl Variant {
             kind => kind.to_string(),
         }
     }
+
+    /// Its entry in the catalogue of the model, in the usual form.
+    pub(super) fn effect(&self) -> Effect {
+        let name = self.catalogue_name();
+        name.parse().expect("a name of the catalogue")
+    }
 }
 
 impl Display for Variant {
@@ -168,10 +175,7 @@ pub enum Subject {
 impl Subject {
     /// Where it acts; `None` where nothing is planted.
     pub(super) fn place(&self) -> Option<Place> {
-        let one = |effect: &Variant| {
-            let name = effect.catalogue_name();
-            Place::of(&name.parse().expect("a name of the catalogue"))
-        };
+        let one = |variant: &Variant| Place::of(&variant.effect());
         match self {
             Self::Nothing => None,
             Self::Effects(effects) => {

@@ -5,6 +5,8 @@
 
 #[path = "shared/evaluators.rs"]
 mod evaluators;
+#[path = "shared/memory.rs"]
+mod memory;
 
 use std::process::Command;
 use std::time::Instant;
@@ -112,14 +114,6 @@ fn case(name: &str, size: usize, rows: usize) {
     println!(
         "{name},{size},{rows},{},{median:.4e},{each:.4},{}",
         seconds.len(),
-        peak_mib()
+        memory::peak_mib()
     );
-}
-
-/// The most memory that this process has had resident; empty where the system does not say.
-fn peak_mib() -> String {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
-    kib.map_or(String::new(), |kib| format!("{:.0}", kib / 1024.0))
 }

@@ -5,6 +5,9 @@
 mod diagnosis;
 mod faults;
 mod kernel;
+mod large;
+#[path = "../shared/memory.rs"]
+mod memory;
 mod parity;
 mod rates;
 
@@ -57,6 +60,7 @@ fn stage(words: &[&str], small: bool) -> Result<()> {
         ["adapter"] => adapter_section(&setting),
         ["parity"] => parity::stage(&setting)?,
         ["rates"] => rates::stage(&setting)?,
+        ["large"] => large::stage(&setting)?,
         ["diagnosis", record] => diagnosis::stage(&setting, Path::new(record))?,
         ["faults"] => faults::stage(&setting)?,
         ["kernel"] => kernel::stage(&setting)?,
@@ -64,7 +68,7 @@ fn stage(words: &[&str], small: bool) -> Result<()> {
         _ => {
             return Err(Error::failed(
                 "no such stage",
-                "name one of adapter, parity, rates, diagnosis RECORD, faults, kernel, work FILE",
+                "name one of adapter, parity, rates, large, diagnosis RECORD, faults, kernel, work FILE",
             ));
         }
     }

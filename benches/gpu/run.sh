@@ -165,6 +165,7 @@ export -f jax
     if [ ${#small[@]} -eq 0 ]; then
         section 'servobee datasheet --case d675' 60 bash -c 'both "^large search" datasheet --case d675'
     fi
+    section 'A million by a million' 60 "$gpu" large "${small[@]}"
     section 'Rates' 200 "$gpu" rates "${small[@]}"
     printf '\n## All of it\n\n%s s.' "$SECONDS"
     if [ ${#failed[@]} -gt 0 ]; then printf ' **Failed: %s.**' "$(IFS=,; echo "${failed[*]}")"; fi

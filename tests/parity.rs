@@ -10,8 +10,9 @@ use servobee::Error;
 use servobee::evaluate::gpu::{Checks, GpuEvaluator};
 use servobee::evaluate::simulate::SLICE;
 use servobee::evaluate::{
-    Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, Status, wgsl,
+    Cost, CpuEvaluator, Evaluator, PARITY, Population, Precision, Problem, Status, wgsl, workload,
 };
+use servobee::model::effects::CATALOGUE;
 use servobee::model::valve::ValveForm;
 use servobee::model::{Initial, Output, Outputs, Parameter, Piston, Structure};
 use std::collections::BTreeMap;
@@ -19,6 +20,9 @@ use std::ops::Range;
 
 /// Largest relative difference of costs in `f32` and `f64` near the start values: measured at up to 1.1e-5.
 const SINGLE: f64 = 3e-5;
+/// Hardware does not round every division to the nearest number: an H100 was 1.2e-5 off in an integrated position, 1.5 times a
+/// case's tolerance, where `f32` and `f64` are 7e-6 apart.
+const HARDWARE: f64 = 2.0;
 /// The same of any two evaluators for candidates anywhere inside the bounds.
 const ANYWHERE: f64 = PARITY;
 
@@ -62,12 +66,19 @@ fn gpu_and_cpu_agree_on_every_structure_and_record() {
     println!(
         "largest relative difference of costs          GPU - f32 f32 - f64    GPU - f32 f32 - f64"
     );
+    let rounding = match gpu.describe().contains("software") {
+        true => 1.0,
+        false => HARDWARE,
+    };
     let mut failures = Vec::new();
     for case in cases() {
         let problem = &case.problem;
         let mut measured = Vec::new();
         for (population, limits) in [
-            (near_start(problem, 32, 2), [case.tolerance, SINGLE]),
+            (
+                near_start(problem, 32, 2),
+                [rounding * case.tolerance, SINGLE],
+            ),
             (anywhere(problem, 64), [ANYWHERE; 2]),
         ] {
             let single = on_cpu(Precision::F32, problem, &population);
@@ -89,11 +100,10 @@ fn gpu_and_cpu_agree_on_every_structure_and_record() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// How far costs with effects may be apart near their trials. GPU and CPU in `f32`: measured at up to 2e-6, and 8e-6 for
-/// lags of many steps, which keep nearly all of their value in each. `f32` and `f64`: 6e-6, 7e-5 with a spool whose speed
-/// is limited all the time (rounding adds up in its place), 1.1e-4 for those lags. At a tie, where a command arrives at
-/// a row or a spool just sticks, rounding would decide: these cases have none.
-const EFFECTS: [f64; 2] = [3e-5, 3e-4];
+/// How far costs with effects may be apart near their trials. GPU and CPU in `f32`: measured at up to 6e-6 with lavapipe.
+/// `f32` and `f64`: 7e-6, and 9e-5 with a spool whose speed is limited all the time, where rounding adds up in its place.
+/// At a tie, where a command arrives at a row or a spool just sticks, rounding would decide: these cases have none.
+const EFFECTS: [f64; 2] = [3e-5, 2e-4];
 
 #[test]
 fn gpu_and_cpu_agree_on_every_effect() {
@@ -930,6 +940,30 @@ fn single_precision_anywhere_inside_the_bounds() {
             assert!(at(0.5) <= 3e-7 && at(0.99) <= 1e-5 * 1.05, "{what}");
         }
     }
+}
+
+/// What an effect keeps from row to row must not be the small difference of large numbers: devices round those apart.
+#[test]
+fn single_precision_follows_every_effect_anywhere_inside_the_bounds() {
+    let mut wrong = Vec::new();
+    for entry in CATALOGUE {
+        let problem = workload::with_effects(&[entry.name], 200);
+        let population = workload::population(&problem, 4096);
+        let double = on_cpu(Precision::F64, &problem, &population);
+        let single = on_cpu(Precision::F32, &problem, &population);
+        let mut apart: Vec<f64> = single
+            .iter()
+            .zip(&double)
+            .map(|(single, double)| single.difference(double))
+            .collect();
+        apart.sort_by(f64::total_cmp);
+        let most = apart[apart.len() * 99 / 100];
+        println!("{:30} 99 % within {most:.1e}", entry.name);
+        if most > PARITY {
+            wrong.push(entry.name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 /// Where the spool is not observed there is nothing to hear a tone in: no device takes another output for it.

@@ -241,6 +241,6 @@ pub trait Act<R: Real> {
 pub(super) fn lagged<R: Real>(value: R, before: R, after: R, time_constant: R, step: R) -> R {
     // Late commands cut intervals into pieces, some of which have no length.
     let step = step.max(R::constant(1e-12));
-    let behind = time_constant * ((after - before) / step);
-    after + (value - before + behind) * (step / time_constant).decay() - behind
+    let (of_step, of_rise) = (step / time_constant).caught_up();
+    value + (before - value) * of_step + (after - before) * of_rise
 }

@@ -253,7 +253,8 @@ impl<R: Real> Act<R> for FrictionBehind<R> {
         let gained = ends - began;
         let left = step * ((ends - needed) / gained).clamp(zero, one);
         let kept = lost + gained * lag / step;
-        let behind = kept + (needed - kept) * (left / lag).decay();
+        let (gone, _) = (left / lag).caught_up();
+        let behind = needed + (kept - needed) * gone;
         let broke_away = (ends - needed).if_positive(one - start.slip_direction.abs(), zero);
         own[0] = broke_away.if_positive(direction, start.slip_direction);
         let slid = self

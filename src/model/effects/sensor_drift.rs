@@ -109,7 +109,8 @@ impl<R: Real> SensorDriftSettling<R> {
 impl<R: Real> Act<R> for SensorDriftSettling<R> {
     #[inline(always)]
     fn measure(&self, _own: &[R], value: R, moment: &Moment<R>) -> R {
-        value + self.amount * (R::constant(1.0) - (moment.time / self.time).decay())
+        let (settled, _) = (moment.time / self.time).caught_up();
+        value + self.amount * settled
     }
 }
 

@@ -216,12 +216,12 @@ impl<R: Real> Act<R> for SlewLimitTanh<R> {
 
     #[inline(always)]
     fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
-        let one = R::constant(1.0);
-        // Its fourth power is e^(-2 |v| / R), and the tangent exact to 1e-7 of R.
-        let quarter = (R::constant(0.5) * speed.abs() / self.limit).decay();
-        let square = quarter * quarter;
-        let left = square * square;
-        (self.limit * (one - left) / (one + left)).with_sign_of(speed)
+        let two = R::constant(2.0);
+        // Of a half of |v| / R, doubled twice: d = 1 - e^(-2 |v| / R), and the tangent exact to 1e-7 of R.
+        let (quarter, _) = (R::constant(0.5) * speed.abs() / self.limit).caught_up();
+        let half = quarter * (two - quarter);
+        let whole = half * (two - half);
+        (self.limit * whole / (two - whole)).with_sign_of(speed)
     }
 }
 

@@ -113,7 +113,7 @@ impl<R: Real> ViscosityDriftSettling<R> {
 impl<R: Real> Act<R> for ViscosityDriftSettling<R> {
     #[inline(always)]
     fn flow(&self, flow: R, moment: &Moment<R>) -> R {
-        let warm = R::constant(1.0) - (moment.time / self.time).decay();
+        let (warm, _) = (moment.time / self.time).caught_up();
         flow + flow * (self.amount * warm)
     }
 }

@@ -103,18 +103,27 @@ pub trait Real:
         }
         angle * sum
     }
-    /// e^(−self) for `self` ≥ 0, to 1e-4 and falling to zero: what a lag keeps of its past after a step of so many time
-    /// constants.
+    /// What a lag has made up after a step of `self` ≥ 0 time constants: of a step of its input, a = 1 − e^(−self), and of
+    /// a straight rise over the step, 1 − a/self. Both to rounding where `self` is small, which their formulas are not.
     #[inline(always)]
-    fn decay(self) -> Self {
-        let part = self * Self::constant(0.25);
-        let mut sum = Self::constant(1.0);
-        for n in [6.0, 5.0, 4.0, 3.0, 2.0, 1.0] {
-            sum = Self::constant(1.0) + part * Self::constant(1.0 / n) * sum;
+    fn caught_up(self) -> (Self, Self) {
+        let constant = Self::constant;
+        // For a quarter of the step, p: (e^p − 1 − p)/p², then (e^p − 1)/p. Beyond a million nothing is left to make up.
+        let part = self.min(constant(1e6)) * constant(0.25);
+        let mut second = constant(1.0);
+        for n in [6.0, 5.0, 4.0, 3.0] {
+            second = constant(1.0) + part * constant(1.0 / n) * second;
         }
-        let root = Self::constant(1.0) / sum;
-        let square = root * root;
-        square * square
+        let second = constant(0.5) * second;
+        let first = constant(1.0) + part * second;
+        let inverse = constant(1.0) / (constant(1.0) + part * first);
+        let mut of_step = part * first * inverse;
+        let mut of_rise = part * (first - second) * inverse;
+        for _ in 0..2 {
+            of_rise = of_rise + (constant(1.0) - of_rise) * (constant(0.5) * of_step);
+            of_step = of_step * (constant(2.0) - of_step);
+        }
+        (of_step, of_rise)
     }
 }
 
@@ -174,3 +183,34 @@ macro_rules! primitive {
 }
 primitive!(f64);
 primitive!(f32);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_lag_has_made_up_keeps_its_digits_after_a_short_step() {
+        for x in [
+            1e-9_f64, 1e-6, 1e-3, 0.03, 0.5, 1.0, 4.0, 8.0, 30.0, 1e4, 1e9,
+        ] {
+            let of_step = -(-x).exp_m1();
+            let series = x / 2.0 - x * x / 6.0 + x * x * x / 24.0;
+            let of_rise = if x < 0.01 { series } else { 1.0 - of_step / x };
+            let double = x.caught_up();
+            let single = (x as f32).caught_up();
+            for (found, expected) in [
+                (double.0, of_step),
+                (double.1, of_rise),
+                (single.0.into(), of_step),
+                (single.1.into(), of_rise),
+            ] {
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-5,
+                    "{x}: {found} {expected}"
+                );
+            }
+        }
+        let (of_step, of_rise) = f64::INFINITY.caught_up();
+        assert!(of_step == 1.0 && (of_rise - 1.0).abs() < 2e-6);
+    }
+}

@@ -7,20 +7,20 @@ use crate::evaluate::problem::Data;
 
 /// Candidates that are not told apart further: as many as go in lockstep on vectors.
 const TOGETHER: usize = 16;
-/// Rows below which sorting takes as long as it saves.
-const ROWS: usize = 256;
 /// Candidates that are sorted on one core.
 const ON_ONE_CORE: usize = 4096;
 
 /// What `evaluate` finds for `jobs` where like candidates stand beside each other; the costs in the order of the populations.
+/// Below `least_rows` sorting takes as long as it saves.
 ///
 /// # Errors
 /// Those of `evaluate`.
 pub(in crate::evaluate) fn side_by_side(
     jobs: &[Job<'_>],
+    least_rows: usize,
     evaluate: impl FnOnce(&[Job<'_>]) -> Result<Vec<Vec<Cost>>>,
 ) -> Result<Vec<Vec<Cost>>> {
-    let orders: Vec<Option<Vec<u32>>> = jobs.iter().map(order).collect();
+    let orders: Vec<Option<Vec<u32>>> = jobs.iter().map(|job| order(job, least_rows)).collect();
     let sorted = |(job, order): (&Job<'_>, &Option<Vec<u32>>)| {
         let order = order.as_ref()?;
         let mut population = Population::new(job.population.dimension());
@@ -51,7 +51,7 @@ pub(in crate::evaluate) fn side_by_side(
 }
 
 /// The numbers of a job's candidates, like ones beside each other; `None` where that does not pay.
-fn order(job: &Job<'_>) -> Option<Vec<u32>> {
+fn order(job: &Job<'_>, least_rows: usize) -> Option<Vec<u32>> {
     let Job {
         problem,
         population,
@@ -60,7 +60,7 @@ fn order(job: &Job<'_>) -> Option<Vec<u32>> {
         return None;
     };
     let rows: usize = records.iter().map(|record| record.samples.len()).sum();
-    let pays = problem.has_exact_steps() && rows >= ROWS && population.len() > TOGETHER;
+    let pays = problem.has_exact_steps() && rows >= least_rows && population.len() > TOGETHER;
     let axes = if pays {
         axes(problem, population)
     } else {
@@ -114,6 +114,8 @@ mod tests {
     use super::*;
     use crate::evaluate::workload;
 
+    const ROWS: usize = 256;
+
     #[test]
     fn costs_come_back_to_their_candidates() {
         for size in [1, 16, 17, 1000, 10_000] {
@@ -124,7 +126,7 @@ mod tests {
                 problem: &problem,
                 population: &population,
             }];
-            let costs = side_by_side(&jobs, |jobs| {
+            let costs = side_by_side(&jobs, ROWS, |jobs| {
                 let given = jobs[0].population;
                 sorted = given != &population;
                 let product = |candidate: &[f64]| Cost::finished(candidate.iter().product());
@@ -145,7 +147,7 @@ mod tests {
             problem: &problem,
             population: &population,
         };
-        let (order, axes) = (order(&job).unwrap(), axes(&problem, &population));
+        let (order, axes) = (order(&job, ROWS).unwrap(), axes(&problem, &population));
         assert_eq!(axes.len(), 3);
         // 512 vectors: eight pieces of each axis.
         for axis in axes {
@@ -169,7 +171,7 @@ mod tests {
                 problem: &problem,
                 population: &population,
             };
-            assert_eq!(order(&job), None);
+            assert_eq!(order(&job, ROWS), None);
         }
     }
 }

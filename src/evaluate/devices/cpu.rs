@@ -15,6 +15,9 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::marker::PhantomData;
 
+/// Rows from which on candidates are sorted.
+const LEAST_ROWS_TO_SORT: usize = 256;
+
 /// The numbers that the CPU evaluator computes with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
@@ -59,7 +62,7 @@ impl Evaluator for CpuEvaluator {
     }
 
     fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
-        side_by_side(jobs, |jobs| {
+        side_by_side(jobs, LEAST_ROWS_TO_SORT, |jobs| {
             Ok(match self.precision {
                 Precision::F64 => all_batches::<f64>(jobs, self.instructions),
                 Precision::F32 => all_batches::<f32>(jobs, self.instructions),

@@ -12,10 +12,14 @@ use crate::evaluate::population::{Cost, Status};
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::simulation::simulate::{CHUNK, SLICE};
 use crate::model::Outputs;
+use rayon::prelude::*;
 use std::iter;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
+
+/// Candidates whose numbers one core of the host converts at once: fewer are done before another has begun.
+pub(super) const AT_ONCE: usize = 4096;
 
 /// Bytes in the buffer of values: the first and how many.
 pub(super) type ByteRange = (u64, u64);
@@ -232,6 +236,10 @@ impl Prepared<'_> {
                 }
             })
         };
-        (0..count).map(cost).collect()
+        (0..count)
+            .into_par_iter()
+            .with_min_len(AT_ONCE)
+            .map(cost)
+            .collect()
     }
 }

@@ -8,13 +8,14 @@ use super::layout::binding;
 use super::loops::Loops;
 use super::pipeline::Pipeline;
 use super::pool::Pool;
-use super::prepared::{ByteRange, Prepared, ReadBack};
+use super::prepared::{AT_ONCE, ByteRange, Prepared, ReadBack};
 use super::resident::{Records, Resident, ResidentData, Written, bytes};
 use super::submitter::{Resources, Submitter};
 use super::timings::Timings;
 use crate::evaluate::population::Cost;
 use crate::evaluate::problem::{Data, Problem};
 use crate::{Error, Result};
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
@@ -178,16 +179,16 @@ impl Session {
             // Every portion streams all of it.
             timings.uploaded += bytes(&problem.data);
         }
-        let parameters = 0..population.dimension();
-        let of_all = |j: usize| {
-            portion
-                .range
-                .clone()
-                .map(move |i| population.candidate(i)[j])
-        };
-        let candidates = self.append(values, parameters.flat_map(of_all));
-        let fixed = problem.parameters.iter().filter(|p| p.is_fixed());
-        let constants = self.append(values, fixed.map(|p| p.nominal()));
+        let (range, count) = (&portion.range, portion.range.len());
+        let candidates = self.append(values, |values| {
+            let of_all = |k: usize| population.candidate(range.start + k % count)[k / count] as f32;
+            let numbers = (0..population.dimension() * count).into_par_iter();
+            values.par_extend(numbers.with_min_len(AT_ONCE).map(of_all));
+        });
+        let constants = self.append(values, |values| {
+            let fixed = problem.parameters.iter().filter(|p| p.is_fixed());
+            values.extend(fixed.map(|p| p.nominal() as f32));
+        });
         timings.upload += start.elapsed().as_secs_f64();
 
         let written = Written::of(problem);
@@ -216,17 +217,13 @@ impl Session {
         })
     }
 
-    /// Adds numbers to `values` where a binding may begin; one at least, also where there are none.
-    fn append(&self, values: &mut Vec<f32>, numbers: impl Iterator<Item = f64>) -> ByteRange {
-        let align = self
-            .context
-            .device
-            .limits()
-            .min_storage_buffer_offset_alignment as usize
-            / 4;
+    /// Has `add` add numbers to `values` where a binding may begin; one is there at least, also where it adds none.
+    fn append(&self, values: &mut Vec<f32>, add: impl FnOnce(&mut Vec<f32>)) -> ByteRange {
+        let limits = self.context.device.limits();
+        let align = limits.min_storage_buffer_offset_alignment as usize / 4;
         values.resize(values.len().next_multiple_of(align.max(1)), 0.0);
         let first = values.len();
-        values.extend(numbers.map(|value| value as f32));
+        add(values);
         if values.len() == first {
             values.push(0.0);
         }

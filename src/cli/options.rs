@@ -11,8 +11,8 @@ use std::path::PathBuf;
 /// Options of every long run.
 #[derive(clap::Args)]
 pub(super) struct RunOptions {
-    /// What evaluates the candidates: auto takes a hardware GPU if there is one, otherwise the CPU; gpu also takes a
-    /// GPU in software, gpu:1 the one that `servobee devices` calls so; several share every population: gpu:0+gpu:1, cpu+gpu,
+    /// What evaluates the candidates: auto takes the CPU, and a hardware GPU, where there is one, for large populations; gpu a
+    /// GPU for all, also one in software, gpu:1 the one that `servobee devices` calls so; several share every population: gpu:0+gpu:1, cpu+gpu,
     /// gpu:all
     #[arg(long, value_name = "auto|cpu|gpu|...", default_value_t)]
     evaluator: Devices,

@@ -4,6 +4,7 @@ use crate::Result;
 use crate::evaluate::checking::cross_check::Thoroughness;
 use crate::evaluate::checking::guard::{Guarded, Standby};
 use crate::evaluate::checkpoint::{Memory, Remembering};
+use crate::evaluate::devices::by_size::BySize;
 use crate::evaluate::devices::cpu::{CpuEvaluator, Precision};
 use crate::evaluate::devices::gpu::{self, Checks, GpuEvaluator};
 use crate::evaluate::devices::ranks::{OnThread, Rank, Ranks};
@@ -14,7 +15,7 @@ use std::str::FromStr;
 /// One device that the user asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Choice {
-    /// A hardware GPU if there is one, otherwise the CPU.
+    /// The CPU, and for large populations a hardware GPU if there is one.
     #[default]
     Auto,
     /// The CPU.
@@ -212,27 +213,42 @@ fn choose_at(choice: Choice, place: usize) -> Result<Chosen> {
         Choice::Cpu => (on_cpu(), "asked for"),
         Choice::Auto => {
             let hardware = adapters.iter().filter(|adapter| !gpu::is_software(adapter));
-            let hardware: Vec<Standby> = hardware.map(on_gpu).collect();
-            let why = match (hardware.is_empty(), adapters.is_empty()) {
-                (false, _) => "a hardware GPU was found",
-                (true, false) => "the only GPU adapter is software; --evaluator gpu uses it",
-                (true, true) => "no GPU adapter found",
+            if let Some(best) = hardware.clone().next() {
+                let gpus: Vec<Standby> = hardware.map(on_gpu).collect();
+                let open = || guarded(gpus.into_iter().chain(on_cpu()).collect());
+                let evaluator = BySize::new(guarded(on_cpu())?, name_of(best), Box::new(open));
+                return Ok(Chosen {
+                    evaluator: Box::new(evaluator),
+                    why: "a hardware GPU was found".into(),
+                });
+            }
+            let why = match adapters.is_empty() {
+                false => "the only GPU adapter is software; --evaluator gpu uses it",
+                true => "no GPU adapter found",
             };
-            (hardware.into_iter().chain(on_cpu()).collect(), why)
+            (on_cpu(), why)
         }
     };
-    let mut line = line.into_iter();
-    let first = line.next().ok_or_else(gpu::none_found)?;
     Ok(Chosen {
-        evaluator: Box::new(Guarded::new(first, line)?),
+        evaluator: guarded(line)?,
         why: why.into(),
     })
 }
 
+/// The first of `line` that works, in whose place the others may come.
+fn guarded(line: Vec<Standby>) -> Result<Box<dyn Evaluator>> {
+    let mut line = line.into_iter();
+    let first = line.next().ok_or_else(gpu::none_found)?;
+    Ok(Box::new(Guarded::new(first, line)?))
+}
+
+fn name_of(adapter: &wgpu::Adapter) -> String {
+    format!("the GPU \"{}\"", adapter.get_info().name)
+}
+
 fn on_gpu(adapter: &wgpu::Adapter) -> Standby {
     let adapter = adapter.clone();
-    let name = format!("the GPU \"{}\"", adapter.get_info().name);
-    Standby::new(name, Thoroughness::Device, move || {
+    Standby::new(name_of(&adapter), Thoroughness::Device, move || {
         GpuEvaluator::new(&adapter, Checks::Off)
     })
 }

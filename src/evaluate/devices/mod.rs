@@ -1,5 +1,6 @@
 //! What evaluates populations: the CPU's vectors, GPUs, and the choice among them.
 
+mod by_size;
 pub(super) mod choose;
 pub(super) mod cpu;
 pub mod gpu;

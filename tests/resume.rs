@@ -229,6 +229,25 @@ fn a_scorecard_that_is_killed_goes_on_where_it_was() {
     assert_eq!(rows(folder.path()), expected);
 }
 
+/// Two effects take half a minute a record.
+#[test]
+fn an_interrupted_scorecard_leaves_what_is_under_way() {
+    let folder = bench();
+    let call = "scorecard --groups pairs --count 0.1 --seed 77 --threads 1 --out out.csv";
+    let call: Vec<&str> = call.split(' ').collect();
+    let child = start(folder.path(), &call, &[]);
+    sleep(Duration::from_secs(3));
+    signal(&child, "-INT");
+    let asked = Instant::now();
+    let ran = child.wait_with_output().unwrap();
+    assert!(asked.elapsed() < Duration::from_secs(8), "{asked:?}");
+    let errors = String::from_utf8(ran.stderr).unwrap();
+    assert_eq!(ran.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("go on"), "{errors}");
+    let kept = std::fs::read_to_string(folder.path().join("out.csv")).unwrap_or_default();
+    assert!(!kept.contains("interrupted"), "{kept}");
+}
+
 /// A run that a signal has reached after its checkpoint had so many bytes.
 fn interrupted(folder: &Path, call: &[&str], name: &str, bytes: u64) -> Output {
     let child = start(folder, call, &[]);

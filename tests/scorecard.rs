@@ -1,6 +1,7 @@
 //! The scorecard: cases that a seed stands for, records of the strength that is asked for, a file that is gone on with.
 
 use servobee::diagnose::Place;
+use servobee::evaluate::Interrupt;
 use servobee::record::Channel;
 use servobee::scorecard::{Band, Case, Group, Ledger, Outcome, Plan, Row, Summary, Variant, run};
 use std::collections::HashSet;
@@ -132,7 +133,7 @@ fn a_few_records_are_diagnosed_and_an_interrupted_file_is_gone_on_with() {
             .cloned()
             .collect();
         let mut left = stop_after;
-        let result = run(&open, 1, 2, |row| {
+        let result = run(&open, 1, 2, &Interrupt::default(), |row| {
             *ran.lock().unwrap() += 1;
             left -= 1;
             ledger.push(row)?;

@@ -3,6 +3,7 @@
 use crate::beginnings::{csv, identified as of_csv, warned};
 use crate::program::{json, printed, servobee, soak};
 use serde_json::Value;
+use servobee::evaluate::Interrupt;
 use servobee::scorecard::{Outcome, Plan, run};
 use std::path::Path;
 use std::sync::Mutex;
@@ -182,7 +183,7 @@ fn a_cause_is_named_at_its_other_place_too_with_its_form() {
     let cases = &cases[..if soak() { 3 } else { 1 }];
     let cases: Vec<_> = cases.iter().map(|id| plan.case(id).unwrap()).collect();
     let rows = Mutex::new(Vec::new());
-    run(&cases, 1, 2, |row| {
+    run(&cases, 1, 2, &Interrupt::default(), |row| {
         rows.lock().unwrap().push(row);
         Ok(())
     })

@@ -97,21 +97,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<()> {
     };
     interrupt::watch()?;
     let bar = bar(open.len());
-    let result = scorecard::run(&open, plan.seed, threads, |row| {
+    let done = |row: Row| {
         if row.outcome == Outcome::Failed {
             bar.suspend(|| colour::warning(format_args!("{}: {}", row.case, row.verdict)));
         }
         bar.set_message(row.case.clone());
         bar.inc(1);
-        ledger.push(row)?;
-        match interrupt::goes_on() {
-            ControlFlow::Continue(()) => Ok(()),
-            ControlFlow::Break(()) => Err(Error::failed(
-                "interrupted: the figures are those of the records that are done",
-                "call it again with the same --out to go on",
-            )),
-        }
-    });
+        ledger.push(row)
+    };
+    let result = scorecard::run(&open, plan.seed, threads, &interrupt::interrupt(), done);
+    let result = match interrupt::goes_on() {
+        ControlFlow::Continue(()) => result,
+        ControlFlow::Break(()) => Err(Error::failed(
+            "interrupted: the figures are those of the records that are done",
+            "call it again with the same --out to go on",
+        )),
+    };
     bar.finish_and_clear();
     let planned = |row: &&Row| cases.iter().any(|case| case.id == row.case);
     let rows: Vec<Row> = ledger.rows().iter().filter(planned).cloned().collect();

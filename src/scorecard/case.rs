@@ -5,7 +5,7 @@ use super::plan::{Case, Group, Subject, random};
 use super::strength::Open;
 use crate::Result;
 use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, Place, identify};
-use crate::evaluate::{CpuEvaluator, Evaluator, Precision};
+use crate::evaluate::{CpuEvaluator, Evaluator, Interrupt, Memory, Precision};
 use crate::model::Output;
 use crate::model::effects::{CATALOGUE, Effect};
 use crate::record::Record;
@@ -130,11 +130,15 @@ impl Case {
         setup
     }
 
-    /// Makes the record, diagnoses it and judges that.
-    pub fn run(&self, seed: u64) -> Row {
+    /// Makes the record, diagnoses it and judges that; `None` where `interrupt` has come in between.
+    pub fn run(&self, seed: u64, interrupt: &Interrupt) -> Option<Row> {
         let mut evaluator = CpuEvaluator::new(Precision::F32);
-        let diagnose = |setup: Setup| self.diagnose(&setup, &mut evaluator);
-        match self.setup(seed).and_then(diagnose) {
+        let diagnose = |setup: Setup| self.diagnose_until(interrupt, &setup, &mut evaluator);
+        let result = self.setup(seed).and_then(diagnose);
+        if interrupt.asked() {
+            return None;
+        }
+        Some(match result {
             Ok((row, _)) => row,
             Err(error) => Row {
                 case: self.id.clone(),
@@ -153,7 +157,7 @@ impl Case {
                 covered: [None; 4],
                 seconds: f64::NAN,
             },
-        }
+        })
     }
 
     /// Diagnoses the record of `setup`, which is this case's, and judges that.
@@ -162,6 +166,15 @@ impl Case {
     /// The simulator or the diagnosis fails.
     pub fn diagnose(
         &self,
+        setup: &Setup,
+        evaluator: &mut dyn Evaluator,
+    ) -> Result<(Row, Identified)> {
+        self.diagnose_until(&Interrupt::default(), setup, evaluator)
+    }
+
+    fn diagnose_until(
+        &self,
+        interrupt: &Interrupt,
         setup: &Setup,
         evaluator: &mut dyn Evaluator,
     ) -> Result<(Row, Identified)> {
@@ -174,7 +187,7 @@ impl Case {
             }
             _ => Vec::new(),
         };
-        let identified = diagnose(record, &left_out, evaluator)?;
+        let identified = diagnose(record, &left_out, interrupt, evaluator)?;
         let seconds = started.elapsed().as_secs_f64();
         Ok((self.row(setup, &identified, seconds), identified))
     }
@@ -249,6 +262,7 @@ impl Case {
 fn diagnose(
     record: Record,
     left_out: &[&str],
+    interrupt: &Interrupt,
     evaluator: &mut dyn Evaluator,
 ) -> Result<Identified> {
     record.check_excited()?;
@@ -260,13 +274,13 @@ fn diagnose(
         .filter(|entry| !left_out.contains(&entry.cause()));
     let known: Vec<_> = known.collect();
     let options = Options::on(&problem.structure, &known, MAX_EFFECTS);
-    identify(
-        problem,
-        evaluator,
-        &Plan::of_records(DIAGNOSIS),
-        &options,
-        &mut |_| ControlFlow::Continue(()),
-    )
+    let plan = Plan {
+        memory: Memory::default().stopped_by(interrupt.clone()),
+        ..Plan::of_records(DIAGNOSIS)
+    };
+    identify(problem, evaluator, &plan, &options, &mut |_| {
+        ControlFlow::Continue(())
+    })
 }
 
 fn conditions(setup: &Setup) -> String {

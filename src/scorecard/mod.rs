@@ -25,6 +25,7 @@ pub use plan::{Case, Group, Plan, Subject, Variant};
 pub use rates::{Band, Rate, Summary, Tally, quantile};
 
 use crate::Result;
+use crate::evaluate::Interrupt;
 use rayon::ThreadPoolBuilder;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -32,7 +33,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Runs all `cases` on so many threads, and hands each row over as it is done.
 ///
 /// A case has one thread to itself: what one case does in parallel would otherwise be mixed up with another, and count
-/// to its time. So the seconds of a row are those of one core.
+/// to its time. So the seconds of a row are those of one core. Once `interrupt` comes, what is under way is left.
 ///
 /// # Errors
 /// The first one of `done`, or of a thread that cannot be started; what a diagnosis fails with is an outcome.
@@ -40,6 +41,7 @@ pub fn run(
     cases: &[Case],
     seed: u64,
     threads: usize,
+    interrupt: &Interrupt,
     done: impl FnMut(Row) -> Result<()> + Send,
 ) -> Result<()> {
     let next = AtomicUsize::new(0);
@@ -58,7 +60,9 @@ pub fn run(
             }
         };
         while let Some(case) = cases.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let row = pool.install(|| case.run(seed));
+            let Some(row) = pool.install(|| case.run(seed, interrupt)) else {
+                return;
+            };
             let mut state = done.lock().expect("no thread panics");
             if state.1.is_err() {
                 return;

@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 ///
 /// The records are made by the simulator of servobee synthesize: nothing planted (null), one effect (single), one effect in
 /// another form than the catalogue's (forms), two effects (pairs), what is in no catalogue (outsiders), and one
-/// effect that the diagnosis is not allowed to name (left_out). Every
-/// effect is planted so strongly that the base model's held-out error is about 1.75, 3 and 6 times the noise on its
-/// worst channel. Each record is diagnosed as servobee identify does it.
+/// effect that the diagnosis is not allowed to name (left_out). What is
+/// planted makes the base model's held-out error, in units of the noise on its worst channel, about 1.75, 3 and 6 (single and
+/// forms), 3 (left_out), or 2.1 to 6 (pairs and outsiders). Each record is diagnosed as servobee identify does it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:

@@ -275,7 +275,8 @@ pub struct Plan {
 }
 
 /// Errors of the base model that are aimed at, in units of the noise, by the names that they have in a case's.
-const TARGETS: [(&str, f64); 3] = [("1.5x", 1.75), ("3x", 3.0), ("6x", 6.0)];
+const TARGETS: [(&str, f64); 3] = [("1.5x", 1.75), MIDDLE_TARGET, ("6x", 6.0)];
+const MIDDLE_TARGET: (&str, f64) = ("3x", 3.0);
 /// Least and largest error that an effect of a pair, or an outsider, is to cause.
 const DRAWN_TARGETS: (f64, f64) = (2.1, 6.0);
 
@@ -399,7 +400,7 @@ impl Plan {
                 .collect(),
             Group::Single => strong(Variant::usual(), &TARGETS),
             Group::Forms => strong(Variant::others(), &TARGETS),
-            Group::LeftOut => strong(Variant::usual(), &TARGETS[1..2]),
+            Group::LeftOut => strong(Variant::usual(), &[MIDDLE_TARGET]),
             Group::Pairs => (0..number).map(|index| self.pair(index)).collect(),
             Group::Outsiders => {
                 let one = |oddity: Oddity, index: usize| {

@@ -2,9 +2,12 @@
 
 use crate::beginnings::{csv, identified as of_csv, warned};
 use crate::program::{json, printed, servobee, soak};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use servobee::evaluate::Interrupt;
 use servobee::scorecard::{Outcome, Plan, run};
+use std::fmt::Write;
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -132,6 +135,42 @@ fn what_shows_in_held_out_rows_alone_has_no_name_and_is_said_to() {
     ));
     assert_eq!(report["verdict"], "found", "{report}");
     assert!(!warned(&report, words), "{report}");
+}
+
+/// A loop whose feedback comes 8 ms late, integrated here: it swings at rest as it does in motion.
+#[test]
+fn a_valve_that_hunts_gets_no_name_and_its_swing_is_no_noise() {
+    const STEP: f64 = 1e-4;
+    const LATE: usize = 80;
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let mut record = String::from("time [s],command [V],spool [V]\n");
+    let (mut speed, mut spool, mut command) = (0.0, 0.0, 0.0);
+    let mut past = [0.0; LATE];
+    for k in 0..60_000 {
+        if k % 4000 == 0 {
+            command = rng.random_range(-6.0..6.0);
+        }
+        let late = &mut past[k % LATE];
+        let asked = 200.0 * f64::clamp(command - *late, -3.0, 3.0);
+        *late = spool;
+        speed += STEP * (asked - speed) / 0.003;
+        spool += STEP * speed;
+        if k % 10 == 0 {
+            let noise: f64 = (0..12).map(|_| rng.random_range(-0.5..0.5)).sum();
+            let time = k as f64 * STEP;
+            writeln!(record, "{time:.4},{command:.4},{:.4}", spool + 0.01 * noise).unwrap();
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("record.csv"), record).unwrap();
+    let effects = "stroke_limit,hysteresis,command_lag";
+    let (report, printed) = report_on_record(folder.path(), effects);
+    assert_eq!(report["verdict"], "unexplained", "{printed}");
+    assert!(
+        report["noise_floor"]["spool"].as_f64() < Some(0.2),
+        "{printed}"
+    );
+    assert!(warned(&report, "the spool swings at 2"), "{report}");
 }
 
 #[test]

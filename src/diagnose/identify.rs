@@ -117,10 +117,10 @@ pub fn identify(
             None => result = again,
         }
     }
-    // The sources beside the floor are those of what is left in the end.
+    // The sources beside the floor, and what swings, are those of what is left in the end.
     for (name, noise) in result.after.noise(measurements, false) {
         let own = result.noise.get_mut(&name).expect("of the same channels");
-        own.sources = noise.sources;
+        (own.sources, own.swing) = (noise.sources, noise.swing);
     }
     result.evaluations = diagnosis.evaluations;
     // What was beside a strong effect when the base model was fitted may show now.
@@ -239,6 +239,7 @@ impl<'d> Diagnosis<'d> {
             after: 1.0,
             least_taken: 1.0,
             unseen: before.fails_on_held_out_rows_alone(&noise),
+            swings: false,
             added: false,
             structured_before: before.structured(),
             structured_after: before.structured(),
@@ -374,6 +375,8 @@ impl<'d> Diagnosis<'d> {
         let shares = found.added.iter().map(Added::taken);
         criteria.least_taken = shares.fold(1.0, f64::min);
         criteria.structured_after = candidate.structured();
+        let left = candidate.noise(self.measurements, false);
+        criteria.swings = left.values().any(|noise| noise.swing.is_some());
         criteria.least_followed = least_followed(&candidate, base.noise);
         criteria.least_ratio = self.least_ratio(&candidate, base.noise);
         let named =

@@ -70,7 +70,7 @@ pub use statistics::bootstrap::{
 };
 pub use statistics::compare::{Comparison, indistinguishable};
 pub use statistics::density::spectral_density;
-pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, Source, noise_floor};
+pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, Source, Swing, noise_floor};
 pub use statistics::residual::{Remaining, Residuals, remaining};
 pub use statistics::rows::coloured;
 pub use unexcited::{Sharpened, Unexcited};

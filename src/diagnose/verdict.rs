@@ -68,6 +68,9 @@ pub(super) struct Criteria {
     pub(super) unseen: bool,
     /// Whether any effect was added.
     pub(super) added: bool,
+    /// Whether a channel goes on swinging where the command rests, and the model with the effects does not: no free run follows
+    /// that in phase, and what lowers its error is chance.
+    pub(super) swings: bool,
     /// Whether the base model's residual has structure.
     pub(super) structured_before: bool,
     /// Whether the residual has structure with the effects.
@@ -95,6 +98,7 @@ impl Criteria {
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
         match (self.added, self.structured_before) {
+            (true, _) if self.swings => Verdict::Unexplained,
             (true, _) if !self.structured_after && self.least_ratio < NEAR => Verdict::Found,
             (true, _) if self.is_part() => Verdict::Partly,
             _ if !self.diagnosed => Verdict::NotDiagnosed,
@@ -115,12 +119,21 @@ mod tests {
             after,
             least_taken: 1.0,
             unseen: false,
+            swings: false,
             added: true,
             structured_before: true,
             structured_after,
             least_followed: 0.9,
             least_ratio,
         }
+    }
+
+    #[test]
+    fn nothing_is_named_where_the_valve_swings_and_the_model_does_not() {
+        let found = criteria(100.0, 1.0, false, 0.9);
+        assert_eq!(found.verdict(), Verdict::Found);
+        let swings = true;
+        assert_eq!(Criteria { swings, ..found }.verdict(), Verdict::Unexplained);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::findings::{
 use super::held_out;
 use super::limits::LimitReport;
 use super::no_name::asked;
-use super::noise::{NoiseSource, disagreements};
+use super::noise::{NoiseSource, disagreements, swings};
 use super::number::number;
 use super::parameter::{ParameterReport, not_identifiable};
 use super::provenance::{Call, HoldReport, InputFile, Program, now};
@@ -162,6 +162,7 @@ impl Document {
         }
         warnings.extend(differences(card, &after.problem.structure));
         warnings.extend(disagreements(identified));
+        warnings.extend(swings(identified));
         let remaining = RemainingReport::of(&after.remaining);
         if remaining.structured {
             warnings.push("the intervals assume that the model is complete, and the residual says that it is not".into());

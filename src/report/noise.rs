@@ -2,6 +2,7 @@
 
 use super::number::rounded;
 use crate::diagnose::{Identified, Noise, NoiseMethod, Source};
+use crate::model::Output;
 use serde::Serialize;
 
 /// What one source says of a channel's noise.
@@ -44,6 +45,24 @@ pub(super) fn taken_from(noise: &Noise, unit: &str) -> String {
         true => from.into(),
         false => format!("{from} (beside it: {})", others.join(", ")),
     }
+}
+
+/// A sentence for each channel that does not come to rest with its command.
+pub(super) fn swings(identified: &Identified) -> Vec<String> {
+    let structure = &identified.after.problem.structure;
+    let one = |&output: &Output| {
+        let swing = identified.noise.get(output.name())?.swing?;
+        Some(format!(
+            "the {} swings at {} Hz by ±{} {} about what the model gives where the command rests: a limit cycle, whose phase no \
+             simulation follows, or a disturbance that is not in the catalogue; no effect is named by it, and it is not taken for \
+             noise. Lower the gain until the valve rests, or log what drives it",
+            output.name(),
+            rounded(swing.frequency, 3),
+            rounded(2_f64.sqrt() * swing.deviation, 2),
+            structure.unit(output),
+        ))
+    };
+    structure.observed.iter().filter_map(one).collect()
 }
 
 /// A sentence for each channel whose sources of noise do not agree.

@@ -5,6 +5,8 @@ use rustfft::num_complex::Complex;
 
 /// Bins to either side that a line is compared with.
 const AROUND: usize = 25;
+/// Periods of what swings in a rest, at least: what is slower is a movement.
+const FEWEST_PERIODS: usize = 3;
 /// The residual is padded to this many times its length, so that a line between two bins is not lost.
 const PADDING: usize = 4;
 
@@ -14,23 +16,7 @@ pub(in crate::diagnose) fn strongest_line(residual: &[f64], interval: f64) -> Op
     if count < 8 * AROUND {
         return None;
     }
-    let mean = residual.iter().sum::<f64>() / count as f64;
-    let length = PADDING * count;
-    let mut spectrum = vec![Complex::default(); length];
-    for (k, (bin, value)) in spectrum.iter_mut().zip(residual).enumerate() {
-        // Hann's window, or a slow residual would leak over the lines.
-        let window = (std::f64::consts::PI * k as f64 / count as f64)
-            .sin()
-            .powi(2);
-        *bin = ((value - mean) * window).into();
-    }
-    FftPlanner::new()
-        .plan_fft_forward(length)
-        .process(&mut spectrum);
-    let power: Vec<f64> = spectrum[..length / 2]
-        .iter()
-        .map(|bin| bin.norm_sqr())
-        .collect();
+    let power = spectrum(residual);
     let reach = AROUND * PADDING;
     let first = 3 * PADDING;
     let stands_out = |k: usize| {
@@ -47,7 +33,39 @@ pub(in crate::diagnose) fn strongest_line(residual: &[f64], interval: f64) -> Op
     let best = peaks
         .into_iter()
         .max_by(|a, b| stands_out(*a).total_cmp(&stands_out(*b)))?;
-    Some(best as f64 / (length as f64 * interval))
+    Some(best as f64 / ((PADDING * count) as f64 * interval))
+}
+
+/// Rows a period of what is strongest in a rest; `None` of a rest in which nothing comes to three periods.
+pub(in crate::diagnose) fn strongest_period(rest: &[f64]) -> Option<f64> {
+    let power = spectrum(rest);
+    let first = FEWEST_PERIODS * PADDING;
+    let bins = power.iter().enumerate().skip(first);
+    let (best, _) = bins.max_by(|a, b| a.1.total_cmp(b.1))?;
+    // What falls from there is slower still.
+    (best > first).then(|| (PADDING * rest.len()) as f64 / best as f64)
+}
+
+/// The power of some rows over frequency, in bins of one over the padded length.
+fn spectrum(rows: &[f64]) -> Vec<f64> {
+    let count = rows.len();
+    let mean = rows.iter().sum::<f64>() / count as f64;
+    let length = PADDING * count;
+    let mut spectrum = vec![Complex::default(); length];
+    for (k, (bin, value)) in spectrum.iter_mut().zip(rows).enumerate() {
+        // Hann's window, or a slow residual would leak over the lines.
+        let window = (std::f64::consts::PI * k as f64 / count as f64)
+            .sin()
+            .powi(2);
+        *bin = ((value - mean) * window).into();
+    }
+    FftPlanner::new()
+        .plan_fft_forward(length)
+        .process(&mut spectrum);
+    spectrum[..length / 2]
+        .iter()
+        .map(|bin| bin.norm_sqr())
+        .collect()
 }
 
 #[cfg(test)]

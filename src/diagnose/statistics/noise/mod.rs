@@ -14,8 +14,10 @@ mod moments;
 mod quiet;
 mod repeats;
 mod resolution;
+mod swing;
 
 use resolution::Resolution;
+pub use swing::Swing;
 
 /// A source that shows less than this share of the largest value shows what arithmetic leaves of one value that is held.
 const NOTHING: f64 = 1e-12;
@@ -76,6 +78,8 @@ pub struct Noise {
     pub method: NoiseMethod,
     /// What every source says that there is, in the order in which they are asked.
     pub sources: Vec<Source>,
+    /// What goes on swinging where the command rests, which is no noise.
+    pub swing: Option<Swing>,
     /// Where the floor is the resolution: by how much each row can be off for that reason alone; otherwise empty.
     pub allowance: Vec<f64>,
 }
@@ -147,7 +151,8 @@ pub struct NoiseRows<'a> {
 ///
 /// - Where the command repeats itself exactly, from the differences between the repeats: what the valve does, modelled
 ///   or not, cancels. A disturbance that does not repeat counts as noise.
-/// - Otherwise from what remains about a line where the command rests; about several, where a long rest drifts.
+/// - Otherwise from what remains about a line where the command rests; about several, where a long rest drifts. Not where that
+///   swings.
 /// - Otherwise from first and second differences of the residual, as if its fast part were noise that a first-order
 ///   filter coloured; no more than all of the residual.
 /// - Never less than the rounding of values and times causes, nor what a reading moves while it is held. Where that is more
@@ -164,20 +169,21 @@ pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
     let resolution = Resolution::new(starts, time, measured, &simulated);
     let all = Columns {
         starts: starts.to_vec(),
+        time: time.to_vec(),
         command: command.to_vec(),
         quiet: quiet.to_vec(),
         residual: residual.to_vec(),
     };
-    let mut sources = match resolution.held {
+    let (mut sources, swing) = match resolution.held {
         1 => measured_sources(&[all]),
         _ => {
             let readings = all.only(&resolution.readings(starts, measured));
-            let mut found = measured_sources(&[readings, all]);
+            let (mut found, swing) = measured_sources(&[readings, all]);
             // The rows between two readings are off by what has moved since.
             for source in &mut found {
                 source.value = source.value.hypot(resolution.moving());
             }
-            found
+            (found, swing)
         }
     };
     let largest = measured.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
@@ -207,6 +213,7 @@ pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
         value: floor.value,
         method: floor.method,
         sources,
+        swing,
         allowance,
     }
 }
@@ -214,12 +221,20 @@ pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
 /// What noise is measured from.
 struct Columns {
     starts: Vec<usize>,
+    time: Vec<f64>,
     command: Vec<f64>,
     quiet: Vec<f64>,
     residual: Vec<f64>,
 }
 
 impl Columns {
+    /// What usually lies between two rows, s.
+    fn interval(&self) -> f64 {
+        let mut all: Vec<f64> = self.time.windows(2).map(|two| two[1] - two[0]).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied().unwrap_or(1.0)
+    }
+
     /// Some of the `rows`, which rise.
     fn only(&self, rows: &[usize]) -> Self {
         let of = |values: &[f64]| rows.iter().map(|&k| values[k]).collect();
@@ -228,6 +243,7 @@ impl Columns {
             starts: starts
                 .map(|start| rows.partition_point(|k| k < start))
                 .collect(),
+            time: of(&self.time),
             command: of(&self.command),
             quiet: of(&self.quiet),
             residual: of(&self.residual),
@@ -235,21 +251,31 @@ impl Columns {
     }
 }
 
-/// What is measured of the noise, the surest source first; each in the first of `columns` that have enough rows for it.
-fn measured_sources(columns: &[Columns]) -> Vec<Source> {
+/// What is measured of the noise, the surest source first, each in the first of `columns` that have enough rows for it; and what
+/// swings in rests, which are then no source.
+fn measured_sources(columns: &[Columns]) -> (Vec<Source>, Option<Swing>) {
     let repeated = |c: &Columns| repeats::variance(&c.starts, &c.command, &c.quiet);
-    let resting = |c: &Columns| quiet::variance(&c.starts, &c.command, &c.quiet, &c.residual);
-    let fast = |c: &Columns| Some(differences::variance(&c.starts, &c.residual));
+    let resting = |c: &Columns| quiet::rests(&c.starts, &c.command, &c.quiet, &c.residual);
+    let fast = |c: &Columns| differences::variance(&c.starts, &c.residual);
+    let repeated = columns.iter().find_map(repeated);
+    let rests = columns
+        .iter()
+        .find_map(|c| Some((resting(c)?, c.interval())));
+    let fast = columns.first().map(fast);
+    let swing = rests
+        .as_ref()
+        .zip(fast)
+        .and_then(|((rests, interval), (variance, _))| {
+            swing::of(rests, variance.sqrt(), *interval)
+        });
+    let quiet = rests.filter(|_| swing.is_none());
     let found = [
+        (repeated, NoiseMethod::RepeatedCommand),
         (
-            columns.iter().find_map(repeated),
-            NoiseMethod::RepeatedCommand,
-        ),
-        (
-            columns.iter().find_map(resting),
+            quiet.map(|(rests, _)| quiet::variance(&rests)),
             NoiseMethod::QuietStretches,
         ),
-        (columns.iter().find_map(fast), NoiseMethod::Differences),
+        (fast, NoiseMethod::Differences),
     ];
     let source = |(found, method): (Option<(f64, f64)>, NoiseMethod)| {
         let (variance, rows) = found?;
@@ -259,7 +285,7 @@ fn measured_sources(columns: &[Columns]) -> Vec<Source> {
             method,
         })
     };
-    found.into_iter().filter_map(source).collect()
+    (found.into_iter().filter_map(source).collect(), swing)
 }
 
 #[cfg(test)]

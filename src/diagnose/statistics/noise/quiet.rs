@@ -22,14 +22,13 @@ const DRIFTS: f64 = 1.3;
 /// Fewest rows of such a part: what is faster is no drift.
 const PART: usize = 200;
 
-/// The variance about a line in the rests of the command, the middle one, each counted by its rows; and how many independent
-/// rows show it.
-pub(super) fn variance(
+/// What is left in the rests of the command, each about a line, or about several where it drifts; `None` where too few rows rest.
+pub(super) fn rests(
     starts: &[usize],
     command: &[f64],
     measured: &[f64],
     residual: &[f64],
-) -> Option<(f64, f64)> {
+) -> Option<Vec<Vec<f64>>> {
     let reach = range(command);
     STILL.iter().find_map(|still| {
         let mut quiet: Vec<Vec<f64>> = Vec::new();
@@ -60,12 +59,16 @@ pub(super) fn variance(
             }
         }
         let rows: usize = quiet.iter().map(Vec::len).sum();
-        (rows >= FEWEST).then(|| {
-            let all = quiet.concat();
-            let starts = starts_of(&quiet);
-            (typical_variance(&quiet), independent(&all, &starts))
-        })
+        (rows >= FEWEST).then_some(quiet)
     })
+}
+
+/// The variance in such rests, the middle one, each counted by its rows; and how many independent rows show it.
+pub(super) fn variance(quiet: &[Vec<f64>]) -> (f64, f64) {
+    (
+        typical_variance(quiet),
+        independent(&quiet.concat(), &starts_of(quiet)),
+    )
 }
 
 /// Runs of rows in which the command moves by at most `still`.

@@ -420,3 +420,37 @@ fn a_held_reading_that_rests_too_shortly_for_its_readings_shows_its_noise_in_the
         found.sources
     );
 }
+
+/// A loop that hunts: where its command rests it goes on swinging, and that is no noise.
+#[test]
+fn what_swings_at_rest_is_no_noise() {
+    let command: Vec<f64> = (0..8000)
+        .map(|k| ((k / 400) as f64 * 1.7).sin() * 5.0)
+        .collect();
+    let noise = white(8000, 5);
+    let swinging = |size: f64| -> Vec<f64> {
+        let value = |k: usize| {
+            let angle = TAU * 19.3 * k as f64 * 1e-3;
+            command[k] + size * (angle.sin() + 0.2 * (3.0 * angle).sin()) + 0.01 * noise[k]
+        };
+        (0..8000).map(value).collect()
+    };
+    let residual = |measured: &[f64]| -> Vec<f64> {
+        measured.iter().zip(&command).map(|(y, u)| y - u).collect()
+    };
+    let measured = swinging(2.0);
+    let found = floor(&[0], &command, &measured, &residual(&measured));
+    let swing = found.swing.expect("a swing");
+    assert!((swing.frequency - 19.3).abs() < 0.5, "{swing:?}");
+    assert!((swing.deviation / 1.44 - 1.0).abs() < 0.05, "{swing:?}");
+    assert!(
+        found.method == Differences && found.value < 0.1,
+        "{found:?}"
+    );
+    // As much as a hum that the catalogue names, and nothing at all.
+    for size in [0.03, 0.0] {
+        let measured = swinging(size);
+        let found = floor(&[0], &command, &measured, &residual(&measured));
+        assert_eq!((found.swing, found.method), (None, QuietStretches));
+    }
+}

@@ -84,6 +84,7 @@ pub(super) const FEEDBACK: Entry = Entry {
         )]
     },
     applies: host::moves_a_spool,
+    states: &["play_of_feedback"],
     ..ENTRY
 };
 

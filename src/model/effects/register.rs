@@ -115,14 +115,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_catalogue_leaves_states_and_gives_each_parameter_a_name_of_its_own() {
+    fn the_catalogue_leaves_states_and_gives_each_of_them_and_each_parameter_a_name_of_its_own() {
         let everything = everything();
         // As the documentation of `register` says.
         assert_eq!((everything.states().len(), MOST_STATES), (27, 33));
-        let mut all = names(everything.parameters());
-        let count = all.len();
-        all.sort();
-        all.dedup();
-        assert_eq!(all.len(), count);
+        for mut all in [everything.states(), names(everything.parameters())] {
+            let count = all.len();
+            all.sort();
+            all.dedup();
+            assert_eq!(all.len(), count, "{all:?}");
+        }
     }
 }

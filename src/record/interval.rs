@@ -1,7 +1,7 @@
 //! Intervals between times.
 
 /// The usual interval between `times`, of which there are two at least.
-pub(super) fn median_interval(times: &[f64]) -> f64 {
+pub(crate) fn median_interval(times: &[f64]) -> f64 {
     median(&intervals(times))
 }
 

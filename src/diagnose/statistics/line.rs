@@ -5,7 +5,7 @@ use rustfft::num_complex::Complex;
 
 /// Bins to either side that a line is compared with.
 const AROUND: usize = 25;
-/// Periods of what swings in a rest, at least: what is slower is a movement.
+/// Periods of a line in the rows, at least: what is slower is a movement.
 const FEWEST_PERIODS: usize = 3;
 /// The residual is padded to this many times its length, so that a line between two bins is not lost.
 const PADDING: usize = 4;
@@ -18,7 +18,7 @@ pub(in crate::diagnose) fn strongest_line(residual: &[f64], interval: f64) -> Op
     }
     let power = spectrum(residual);
     let reach = AROUND * PADDING;
-    let first = 3 * PADDING;
+    let first = FEWEST_PERIODS * PADDING;
     let stands_out = |k: usize| {
         let from = k.saturating_sub(reach).max(first);
         let mut near: Vec<f64> = power[from..(k + reach).min(power.len())].to_vec();

@@ -14,33 +14,20 @@ type Open = Box<dyn FnOnce() -> Result<Box<dyn Evaluator>>>;
 /// One evaluator for small calls, and another, opened when the first large one comes.
 pub(super) struct BySize {
     small: Box<dyn Evaluator>,
-    large: Large,
+    large: Option<Box<dyn Evaluator>>,
+    /// Opens the large one; `None` once that was tried.
+    open: Option<Open>,
     /// What the large one is called.
     name: String,
-}
-
-enum Large {
-    Closed(Option<Open>),
-    Open(Box<dyn Evaluator>),
 }
 
 impl BySize {
     pub(super) fn new(small: Box<dyn Evaluator>, name: String, open: Open) -> Self {
         Self {
             small,
-            large: Large::Closed(Some(open)),
+            large: None,
+            open: Some(open),
             name,
-        }
-    }
-
-    fn large(&mut self) -> Result<&mut dyn Evaluator> {
-        if let Large::Closed(open) = &mut self.large {
-            let open = open.take().expect("an evaluator is opened once");
-            self.large = Large::Open(open()?);
-        }
-        match &mut self.large {
-            Large::Open(evaluator) => Ok(evaluator.as_mut()),
-            Large::Closed(_) => unreachable!("it was opened"),
         }
     }
 }
@@ -54,25 +41,28 @@ impl Evaluator for BySize {
 
     fn costs_of(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Vec<Cost>>> {
         let steps = |job: &Job<'_>| job.population.len() as f64 * job.problem.steps() as f64;
-        match jobs.iter().map(steps).sum::<f64>() < LARGE {
-            true => self.small.costs_of(jobs),
-            false => self.large()?.costs_of(jobs),
+        if jobs.iter().map(steps).sum::<f64>() < LARGE {
+            return self.small.costs_of(jobs);
         }
+        if let Some(open) = self.open.take() {
+            self.large = Some(open()?);
+        }
+        self.large
+            .as_mut()
+            .unwrap_or(&mut self.small)
+            .costs_of(jobs)
     }
 
     fn take_warnings(&mut self) -> Vec<String> {
         let mut warnings = self.small.take_warnings();
-        if let Large::Open(evaluator) = &mut self.large {
-            warnings.extend(evaluator.take_warnings());
+        if let Some(large) = &mut self.large {
+            warnings.extend(large.take_warnings());
         }
         warnings
     }
 
     fn refusals(&self) -> u32 {
-        let of_large = match &self.large {
-            Large::Open(evaluator) => evaluator.refusals(),
-            Large::Closed(_) => 0,
-        };
+        let of_large = self.large.as_ref().map_or(0, |large| large.refusals());
         self.small.refusals() + of_large
     }
 }
@@ -126,9 +116,10 @@ mod tests {
             (10, [2, 2, 1]),
         ] {
             let population = workload::population(&problem, size);
-            assert_eq!(both.refusals(), 1 + expected[2].min(counts()[2]));
             both.costs(&problem, &population).unwrap();
             assert_eq!(counts(), expected);
+            // Those of both, once there are both.
+            assert_eq!(both.refusals(), 1 + expected[2]);
         }
         assert_eq!((both.describe(), both.refusals()), (before, 2));
     }

@@ -16,6 +16,7 @@ mod repeats;
 mod resolution;
 mod swing;
 
+use crate::record::median_interval;
 use resolution::Resolution;
 pub use swing::Swing;
 
@@ -228,13 +229,6 @@ struct Columns {
 }
 
 impl Columns {
-    /// What usually lies between two rows, s.
-    fn interval(&self) -> f64 {
-        let mut all: Vec<f64> = self.time.windows(2).map(|two| two[1] - two[0]).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied().unwrap_or(1.0)
-    }
-
     /// Some of the `rows`, which rise.
     fn only(&self, rows: &[usize]) -> Self {
         let of = |values: &[f64]| rows.iter().map(|&k| values[k]).collect();
@@ -260,7 +254,7 @@ fn measured_sources(columns: &[Columns]) -> (Vec<Source>, Option<Swing>) {
     let repeated = columns.iter().find_map(repeated);
     let rests = columns
         .iter()
-        .find_map(|c| Some((resting(c)?, c.interval())));
+        .find_map(|c| Some((resting(c)?, median_interval(&c.time))));
     let fast = columns.first().map(fast);
     let swing = rests
         .as_ref()

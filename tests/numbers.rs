@@ -6,7 +6,7 @@ use crate::common::{Record, cases, effects, near_bounds, on_bounds, random};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{
-    Conditions, IdentificationProblem, Identified, Measurements, Options, identify,
+    Conditions, IdentificationProblem, Identified, Measurements, Options, Sides, Used, identify,
 };
 use servobee::evaluate::problem::{Data, Series};
 use servobee::evaluate::{
@@ -128,7 +128,13 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
             bench: Vec::new(),
             beginnings: Vec::new(),
             conditions: Conditions::default(),
-            records: Vec::new(),
+            records: vec![Used::default()],
+            of_record: Sides {
+                fit: vec![0],
+                hold_out: vec![0],
+            },
+            clocks: vec![0.0],
+            answers_at_once: false,
         },
         hold_known: true,
         loss: None,

@@ -2,11 +2,13 @@
 
 use crate::Result;
 use crate::card::Card;
-use crate::diagnose::{Added, Identified};
+use crate::diagnose::{Added, Identified, seconds_apart};
 use crate::evaluate::Problem;
+use crate::evaluate::problem::Data;
 use crate::model::effects::Effect;
 use crate::model::{Parameter, Structure};
 use crate::search::{Fit, Plan, refine};
+use std::sync::Arc;
 
 /// A side, fitted with the common structure.
 #[derive(Debug, Clone)]
@@ -58,7 +60,19 @@ pub(super) fn both(
     plan: &Plan,
 ) -> Result<[Refitted; 2]> {
     let parameters = parameters(structure, sides);
-    let [first, second] = [0, 1].map(|side| fitted(structure, &parameters, sides, side, plan));
+    // In which phase of a hum the logger was switched on is no change.
+    let hums = structure
+        .effects
+        .iter()
+        .any(|effect| effect.frequency().is_some());
+    let later = if hums { seconds_apart(sides) } else { 0.0 };
+    let [first, second] = [(0, 0.0), (1, later)].map(|(side, later)| {
+        let problem = Problem {
+            data: shifted(&sides[side].after.problem.data, later),
+            ..sides[side].after.problem.clone()
+        };
+        fitted(structure, &parameters, sides, side, problem, plan)
+    });
     Ok([first?, second?])
 }
 
@@ -83,16 +97,28 @@ fn parameters(structure: &Structure, sides: [&Identified; 2]) -> Vec<Parameter> 
     structure.parameters().into_iter().map(widened).collect()
 }
 
-/// The better of two fits of a side: from the other side's values of what it lacks itself, and from what does nothing.
+/// `data` whose time, as the model sees it, is so many `seconds` later.
+fn shifted(data: &Arc<Data>, seconds: f64) -> Arc<Data> {
+    let mut shifted = data.clone();
+    if seconds != 0.0
+        && let Data::Series(all) = Arc::make_mut(&mut shifted)
+    {
+        all.iter_mut()
+            .for_each(|series| series.shift_clock(seconds));
+    }
+    shifted
+}
+
+/// The better of two fits of a side's `problem`: from the other side's values of what it lacks itself, and from what does nothing.
 fn fitted(
     structure: &Structure,
     parameters: &[Parameter],
     sides: [&Identified; 2],
     side: usize,
+    mut problem: Problem,
     plan: &Plan,
 ) -> Result<Refitted> {
     let (own, other) = (sides[side], sides[1 - side]);
-    let mut problem = own.after.problem.clone();
     problem.structure = structure.clone();
     problem.parameters = parameters.to_vec();
     let value = |side: &Identified, name: &str| {

@@ -1,13 +1,16 @@
-//! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried.
+//! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried, the
+//! latter first where the valve answers a jump sooner than it could answer a converter.
 
 use super::evidence::{QUICK, set_start};
 use super::fitted::Fitted;
 use super::measurements::{Measurements, starts};
 use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
+use super::statistics::jumps::{Answers, range};
 use crate::Result;
+use crate::evaluate::problem::Series;
 use crate::evaluate::{Fingerprint, Problem, reference};
-use crate::model::{Complete, Hold, Output};
+use crate::model::{Complete, Hold, Output, Structure};
 use crate::search::polish::polish;
 use crate::search::{Plan, Stoppable, refine};
 
@@ -38,6 +41,35 @@ pub struct OtherHold {
     pub preferred: Option<Hold>,
     /// Parameters that leave their 95 % interval with the other, with the value in the result and the other.
     pub moved: Vec<(String, [f64; 2])>,
+}
+
+/// Whether one of the outputs of `structure` answers the jumps of the command in `records` by the rows that have them.
+pub(super) fn answer_at_once(records: &[Series], structure: &Structure) -> bool {
+    let commands = |series: &Series| -> Vec<f64> {
+        let samples = series.samples.iter();
+        samples.map(|sample| sample.input.command).collect()
+    };
+    let all: Vec<f64> = records.iter().flat_map(commands).collect();
+    let (high, low) = range(&all);
+    let answers = |&output: &Output| {
+        let mut answers = Answers::default();
+        for series in records.iter().filter(|series| series.measured[output]) {
+            let command = commands(series);
+            let measured = series.samples.iter().map(|sample| sample.target[output]);
+            let measured: Vec<f64> = measured.collect();
+            for rows in series.pieces() {
+                let own = |values: &[f64]| values[rows.clone()].to_vec();
+                answers.add(
+                    &own(&series.time),
+                    &own(&command),
+                    &own(&measured),
+                    high - low,
+                );
+            }
+        }
+        answers.are_sure()
+    };
+    structure.observed.iter().any(answers)
 }
 
 /// `fitted` with the other of held and interpolated, fitted again from there; `None` where that diverges, or the run was
@@ -99,6 +131,7 @@ impl OtherHold {
         let [cost, other_cost] = errors.map(|error| error * error);
         let apart = (cost - other_cost).abs() > SAME_COST * cost.min(other_cost);
         let preferred = match comparison.z {
+            _ if measurements.answers_at_once => Some(Hold::Interpolated),
             z if apart && z < -TOLD_APART => Some(other.structure.hold),
             z if apart && z > TOLD_APART => Some(taken.problem.structure.hold),
             _ => None,

@@ -1,6 +1,7 @@
 //! The procedure: from records to a diagnosed model.
 
 use super::attribution::{Added, Allowed, Attribution, Decision, Selection, excess, worth};
+use super::clocks::with_clocks_set;
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
@@ -20,13 +21,15 @@ use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, Scale};
-use crate::model::{Output, Outputs};
+use crate::model::{Hold, Output, Outputs};
 use crate::search::{Fit, Plan, fit_and_hop, refine};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 /// A noise floor is lowered if what is left at rest falls below this share of it.
 const QUIETER: f64 = 0.93;
+/// The other of held and interpolated is tried with all effects if it leaves less than this share of the error.
+const CLOSER: f64 = 0.95;
 /// A result with fewer effects stands if its held-out cost is larger by less than this share.
 const AS_GOOD: f64 = 0.1;
 
@@ -42,13 +45,17 @@ pub fn identify(
     options: &Options,
     progress: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Identified> {
-    let asked = problem;
+    let mut asked = problem;
+    if !asked.hold_known && asked.measurements.answers_at_once {
+        asked.structure.hold = Hold::Interpolated;
+    }
     let measurements = &asked.measurements;
     let plan = &Plan {
         memory: plan.memory.of_one_run(),
         ..plan.clone()
     };
     let hold_known = asked.hold_known;
+    let hold_shown = hold_known || measurements.answers_at_once;
     let mut stage = Stage::new(progress, plan.memory.interrupt());
     stage.begins("base model");
     let mut first = base_fit(&asked, evaluator, plan, &mut stage)?;
@@ -63,10 +70,15 @@ pub fn identify(
         }
         return identify(later, evaluator, plan, options, progress);
     }
+    if stage.goes_on()
+        && let Some(set) = with_clocks_set(&asked, &first)
+    {
+        return identify(set, evaluator, plan, options, progress);
+    }
     let mut problem = first.problem.clone();
     let mut evaluations = first.fit.evaluations;
     let search = first.fit.clone();
-    if !hold_known
+    if !hold_shown
         && stage.goes_on()
         && let Some(other) = complete_other_way(&first, measurements, plan)?
     {
@@ -88,21 +100,25 @@ pub fn identify(
         evaluations,
     };
     let mut result = diagnosis.of(problem.clone(), start, noise.clone())?;
-    // What is ahead by half an interval may be a command that went straight on between its rows.
+    // What is ahead by half an interval may be a command that went straight on between its rows; and what is not followed to
+    // its noise may be.
     let leads = |one: &Added| one.effect.leads();
-    if !hold_known && result.added.iter().any(leads) && diagnosis.stage.goes_on() {
+    let tempted = result.added.iter().any(leads) || is_closer_the_other_way(&result);
+    if !hold_shown && tempted && diagnosis.stage.goes_on() {
         let mut other = problem.clone();
         other.structure.hold = problem.structure.hold.other();
-        let limit = (1.0 + AS_GOOD) * held_out_cost(&result);
-        let as_good = |one: &Identified| one.broken_off.is_none() && held_out_cost(one) < limit;
-        diagnosis.options.max_effects = result.added.len() - 1;
-        let simpler = diagnosis.of(other.clone(), start, noise.clone())?;
-        diagnosis.options.max_effects = options.max_effects;
-        // Where fewer effects do not do as well, the others need not be looked for.
-        if as_good(&simpler) {
-            let simpler = diagnosis.of(other.clone(), start, noise)?;
-            if as_good(&simpler) && simpler.added.len() < result.added.len() {
-                (problem, result) = (other, simpler);
+        // Beside what is complete only fewer effects count: where those do not do as well, the others need not be looked for.
+        let mut may_be_better = true;
+        if is_complete(&result) {
+            diagnosis.options.max_effects = result.added.len() - 1;
+            let simpler = diagnosis.of(other.clone(), start, noise.clone())?;
+            diagnosis.options.max_effects = options.max_effects;
+            may_be_better = simpler.broken_off.is_none() && is_as_good(&simpler, &result);
+        }
+        if may_be_better {
+            let other_result = diagnosis.of(other.clone(), start, noise)?;
+            if other_result.broken_off.is_none() && is_preferred(&other_result, &result) {
+                (problem, result) = (other, other_result);
             }
         }
     }
@@ -124,8 +140,10 @@ pub fn identify(
     }
     result.evaluations = diagnosis.evaluations;
     // What was beside a strong effect when the base model was fitted may show now.
+    let later =
+        || with_run_in(&asked, &result.after).or_else(|| with_clocks_set(&asked, &result.after));
     if diagnosis.stage.goes_on()
-        && let Some(later) = with_run_in(&asked, &result.after)
+        && let Some(later) = later()
     {
         let again = identify(later, evaluator, plan, options, progress)?;
         match again.broken_off {
@@ -160,6 +178,36 @@ fn least_followed(fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> f64 {
         Some(1.0 - left * beside.max(0.0).sqrt())
     });
     followed.fold(1.0, f64::min)
+}
+
+/// Whether something is left of a result of which the other of held and interpolated leaves less.
+fn is_closer_the_other_way(result: &Identified) -> bool {
+    let left = matches!(result.verdict, Verdict::Partly | Verdict::Unexplained);
+    let other = result.between.other.as_ref();
+    left && other.is_some_and(|other| other.errors[1] < CLOSER * other.errors[0])
+}
+
+/// Whether `one` is to be preferred to an `other` result that took the command for the other of held and interpolated: it
+/// follows the held-out rows as well with fewer effects, or better with as many; or it is complete.
+fn is_preferred(one: &Identified, other: &Identified) -> bool {
+    let (effects, others) = (one.added.len(), other.added.len());
+    let better = || (1.0 + AS_GOOD) * held_out_cost(one) < held_out_cost(other);
+    match (is_complete(one), is_complete(other)) {
+        (true, false) => true,
+        (false, true) => false,
+        _ if effects < others => is_as_good(one, other),
+        _ => effects == others && better(),
+    }
+}
+
+/// Whether nothing is missing, or no more than was found.
+fn is_complete(result: &Identified) -> bool {
+    matches!(result.verdict, Verdict::Found | Verdict::None)
+}
+
+/// Whether `one` follows the held-out rows as well as the `other`.
+fn is_as_good(one: &Identified, other: &Identified) -> bool {
+    held_out_cost(one) < (1.0 + AS_GOOD) * held_out_cost(other)
 }
 
 /// The held-out error of a result, squared, in units of noise and summed over all channels.

@@ -1,6 +1,7 @@
 //! Records cut into what is fitted and what is held out.
 
 use super::conditions::Conditions;
+use super::hold::answer_at_once;
 use super::simulation::Sides;
 use crate::Result;
 use crate::evaluate::problem::{Sample, Series};
@@ -48,7 +49,7 @@ impl Default for Cut {
 }
 
 /// A record, and how many of its rows were used for what.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Used {
     /// Its name.
     pub name: String,
@@ -75,6 +76,10 @@ pub struct Measurements {
     pub rows: usize,
     /// The records.
     pub records: Vec<Used>,
+    /// Of which of the records each series is a part.
+    pub of_record: Sides<Vec<usize>>,
+    /// By how many s the time of each record was shifted: see [`Series::shift_clock`].
+    pub clocks: Vec<f64>,
     /// Whether all of them are static sweeps: see [`Record::is_static`].
     pub is_static: bool,
     /// What their bench is taken to be, where that is not what most are.
@@ -83,6 +88,8 @@ pub struct Measurements {
     pub beginnings: Vec<String>,
     /// What the oil was at.
     pub conditions: Conditions,
+    /// Whether what is fitted answers a jump of the command by the row that has it, as only one that is not held allows.
+    pub answers_at_once: bool,
 }
 
 impl Measurements {
@@ -105,10 +112,13 @@ impl Measurements {
             hold_out: Vec::new(),
             rows,
             records: Vec::new(),
+            of_record: Sides::default(),
+            clocks: vec![0.0; records.len() + hold_out.len()],
             is_static: records.iter().all(Record::is_static),
             bench: remarks(structure, records),
             beginnings: Vec::new(),
             conditions: Conditions::of(&records.iter().chain(hold_out).collect::<Vec<_>>()),
+            answers_at_once: false,
         };
         let mut add = |record: &Record, fitted: usize| -> Result<()> {
             let whole = Series::from_record(record, structure)?;
@@ -120,6 +130,7 @@ impl Measurements {
                 fitted: 0,
                 held_out: 0,
             };
+            let number = result.records.len();
             let split = (1..record.samples()).contains(&fitted);
             if split && share == 1.0 && record.is_static() {
                 let held = held_in_turn(&record.command().values, cut.hold_out);
@@ -129,6 +140,8 @@ impl Measurements {
                 result
                     .hold_out
                     .push(counting(&whole, rate, |row| held[row]));
+                result.of_record.fit.push(number);
+                result.of_record.hold_out.push(number);
                 result.records.push(used);
                 return Ok(());
             }
@@ -147,10 +160,12 @@ impl Measurements {
                 } += stretch.counts.len();
                 let mut series = stretch.of(&whole);
                 series.set_steps(rate, 1);
-                match held {
-                    true => result.hold_out.push(series),
-                    false => result.fit.push(series),
-                }
+                let (side, of_record) = match held {
+                    true => (&mut result.hold_out, &mut result.of_record.hold_out),
+                    false => (&mut result.fit, &mut result.of_record.fit),
+                };
+                side.push(series);
+                of_record.push(number);
             }
             result.records.push(used);
             Ok(())
@@ -166,32 +181,29 @@ impl Measurements {
         for record in hold_out {
             add(record, 0)?;
         }
+        result.answers_at_once = answer_at_once(&result.fit, structure);
         Ok(result)
     }
 
     /// Lets the first of these rows of each series run the simulation in; none where there are zero.
     pub(super) fn run_in(&mut self, rows: &Sides<Vec<usize>>) {
-        let fit = self.fit.iter_mut().zip(&rows.fit);
-        let hold_out = self.hold_out.iter_mut().zip(&rows.hold_out);
+        let fit = self.fit.iter_mut().zip(&self.of_record.fit).zip(&rows.fit);
+        let hold_out = self.hold_out.iter_mut().zip(&self.of_record.hold_out);
+        let hold_out = hold_out.zip(&rows.hold_out);
         let both = fit
             .map(|one| (one, false))
             .chain(hold_out.map(|one| (one, true)));
-        for ((series, &rows), held) in both.filter(|((_, rows), _)| **rows > 0) {
+        for (((series, &record), &rows), held) in both.filter(|((_, rows), _)| **rows > 0) {
             let first = first_counting(series);
             for sample in &mut series.samples[first..rows] {
                 sample.weight = 0.0;
             }
-            // Two records in different folders may have one name.
-            let count = self.records.iter_mut().find_map(|used| {
-                let count = match held {
-                    true => &mut used.held_out,
-                    false => &mut used.fitted,
-                };
-                (used.name == series.name && *count >= rows - first).then_some(count)
-            });
-            if let Some(count) = count {
-                *count -= rows - first;
-            }
+            let used = &mut self.records[record];
+            let count = match held {
+                true => &mut used.held_out,
+                false => &mut used.fitted,
+            };
+            *count -= rows - first;
             let begins = format!("{} begins in motion", series.name);
             self.beginnings.retain(|known| !known.starts_with(&begins));
             let seconds = series.time[rows] - series.time[0];
@@ -199,6 +211,15 @@ impl Measurements {
                 "{begins}: its first {seconds:.3} s run the simulation in, and nothing is compared with them"
             ));
         }
+    }
+
+    /// Shifts the clock of a record: see [`Series::shift_clock`].
+    pub(super) fn shift_clock(&mut self, record: usize, seconds: f64) {
+        self.clocks[record] += seconds;
+        let fit = self.fit.iter_mut().zip(&self.of_record.fit);
+        let hold_out = self.hold_out.iter_mut().zip(&self.of_record.hold_out);
+        let own = fit.chain(hold_out).filter(|(_, of)| **of == record);
+        own.for_each(|(series, _)| series.shift_clock(seconds));
     }
 
     /// The rows by which effects are chosen. What was chosen is fitted to all.

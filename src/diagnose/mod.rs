@@ -28,6 +28,7 @@
 //! what gave it away, and `identified` is the result. `statistics` knows none of them.
 
 mod attribution;
+mod clocks;
 mod conditions;
 mod evidence;
 mod fitted;
@@ -54,6 +55,7 @@ mod verdict;
 mod wide;
 
 pub use attribution::{Added, Considered, Contest, Decision, Refit, Rival};
+pub(crate) use clocks::seconds_apart;
 pub use conditions::Conditions;
 pub use fitted::Fitted;
 pub use free_form::FoundForm;

@@ -1,7 +1,9 @@
-//! The strongest line in a residual's spectrum.
+//! Lines in a residual's spectrum: the strongest of one record, and the one that all records have.
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// Bins to either side that a line is compared with.
 const AROUND: usize = 25;
@@ -46,18 +48,137 @@ pub(in crate::diagnose) fn strongest_period(rest: &[f64]) -> Option<f64> {
     (best > first).then(|| (PADDING * rest.len()) as f64 / best as f64)
 }
 
+/// How far a hum stands out in each record from the spectrum around it, at least.
+const HUMS: f64 = 25.0;
+/// What it is compared with: lines to either side, so many over the longest stretch's length away.
+const BESIDE: Range<usize> = 3..13;
+
+/// Rows of a record without a gap.
+pub(in crate::diagnose) struct Stretch {
+    /// Time of each row, s.
+    pub(in crate::diagnose) time: Vec<f64>,
+    /// What a model leaves in each.
+    pub(in crate::diagnose) left: Vec<f64>,
+    /// The command in each.
+    pub(in crate::diagnose) command: Vec<f64>,
+}
+
+/// A line that all records have, and their commands have not.
+pub(in crate::diagnose) struct Hum {
+    /// Hz.
+    pub(in crate::diagnose) frequency: f64,
+    /// The phase of each record less that of the first, in turns between -1/2 and 1/2.
+    pub(in crate::diagnose) turns: Vec<f64>,
+    /// How far it stands out from the spectrum around it, in the record where it does least.
+    pub(in crate::diagnose) stands_out: f64,
+}
+
+/// The hum of `records`, each given in stretches, if all of them have one.
+pub(in crate::diagnose) fn common_hum(records: &[Vec<Stretch>]) -> Option<Hum> {
+    let stretches = records.iter().flatten();
+    let longest = stretches.max_by_key(|one| one.left.len())?;
+    let seconds = longest.time[longest.time.len() - 1] - longest.time[0];
+    let interval = seconds / (longest.time.len() - 1) as f64;
+    let near = strongest_line(&longest.left, interval)?;
+    let left: Vec<Tapered> = records
+        .iter()
+        .map(|own| Tapered::new(own, |one| &one.left))
+        .collect();
+    let command = records
+        .iter()
+        .map(|own| Tapered::new(own, |one| &one.command));
+    let reach = seconds.recip();
+    let span = left.iter().map(Tapered::span).fold(0.0, f64::max);
+    let power = |frequency: f64| left.iter().map(|own| own.power(frequency)).sum();
+    let frequency = highest(power, near, reach, 0.125 / span);
+    let stands_out = left.iter().zip(command).map(|(left, command)| {
+        let [left, command] = [left, &command].map(|own| own.stands_out(frequency, reach));
+        if left > command { left } else { 0.0 }
+    });
+    let stands_out = stands_out.fold(f64::INFINITY, f64::min);
+    let phases: Vec<f64> = left
+        .iter()
+        .map(|own| own.line(frequency).arg() / TAU)
+        .collect();
+    let turns = phases.iter().map(|phase| phase - phases[0]);
+    (stands_out > HUMS && records.len() > 1).then(|| Hum {
+        frequency,
+        turns: turns.map(|turns| turns - turns.round()).collect(),
+        stands_out,
+    })
+}
+
+/// The rows of a record in Hann's window, each stretch in its own, with their times.
+struct Tapered(Vec<(f64, f64)>);
+
+impl Tapered {
+    fn new(stretches: &[Stretch], values: impl Fn(&Stretch) -> &[f64]) -> Self {
+        let rows = |one| tapered(values(one)).zip(one.time.iter().copied());
+        Self(stretches.iter().flat_map(rows).collect())
+    }
+
+    /// From the first row to the last, s.
+    fn span(&self) -> f64 {
+        self.0[self.0.len() - 1].1 - self.0[0].1
+    }
+
+    /// The line at `frequency`.
+    fn line(&self, frequency: f64) -> Complex<f64> {
+        let turning =
+            |(value, time): &(f64, f64)| Complex::from_polar(*value, -TAU * frequency * time);
+        self.0.iter().map(turning).sum()
+    }
+
+    fn power(&self, frequency: f64) -> f64 {
+        self.line(frequency).norm_sqr()
+    }
+
+    /// The line at `frequency` over the median of those beside it, which are `apart`.
+    fn stands_out(&self, frequency: f64, apart: f64) -> f64 {
+        let beside = BESIDE
+            .map(|k| k as f64 * apart)
+            .flat_map(|off| [frequency - off, frequency + off]);
+        let mut beside: Vec<f64> = beside.map(|frequency| self.power(frequency)).collect();
+        let middle = beside.len() / 2;
+        let median = *beside.select_nth_unstable_by(middle, f64::total_cmp).1;
+        self.power(frequency) / median.max(f64::MIN_POSITIVE)
+    }
+}
+
+/// Where `power` is highest within `reach` of `near`, its peaks being wider than `step`.
+fn highest(power: impl Fn(f64) -> f64, near: f64, reach: f64, step: f64) -> f64 {
+    let steps = (reach / step).ceil() as i32;
+    let grid = (-steps..=steps).map(|k| near + f64::from(k) * step);
+    let peak = grid.max_by(|a, b| power(*a).total_cmp(&power(*b)));
+    let mut peak = peak.unwrap_or(near);
+    let mut step = step;
+    while step > 1e-9 * near {
+        step *= 0.5;
+        let three = [peak - step, peak, peak + step];
+        peak = three
+            .into_iter()
+            .max_by(|a, b| power(*a).total_cmp(&power(*b)))
+            .unwrap_or(peak);
+    }
+    peak
+}
+
+/// These rows less their mean, in Hann's window: a slow residual would leak over the lines without it.
+fn tapered(rows: &[f64]) -> impl Iterator<Item = f64> {
+    let count = rows.len() as f64;
+    let mean = rows.iter().sum::<f64>() / count;
+    rows.iter()
+        .enumerate()
+        .map(move |(k, value)| (value - mean) * (PI * k as f64 / count).sin().powi(2))
+}
+
 /// The power of some rows over frequency, in bins of one over the padded length.
 fn spectrum(rows: &[f64]) -> Vec<f64> {
     let count = rows.len();
-    let mean = rows.iter().sum::<f64>() / count as f64;
     let length = PADDING * count;
     let mut spectrum = vec![Complex::default(); length];
-    for (k, (bin, value)) in spectrum.iter_mut().zip(rows).enumerate() {
-        // Hann's window, or a slow residual would leak over the lines.
-        let window = (std::f64::consts::PI * k as f64 / count as f64)
-            .sin()
-            .powi(2);
-        *bin = ((value - mean) * window).into();
+    for (bin, value) in spectrum.iter_mut().zip(tapered(rows)) {
+        *bin = value.into();
     }
     FftPlanner::new()
         .plan_fft_forward(length)
@@ -72,6 +193,42 @@ fn spectrum(rows: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::diagnose::statistics::simulated::white;
+
+    #[test]
+    fn records_that_hum_alike_are_told_how_far_they_are_apart() {
+        let stretch = |phase: f64, rows: usize, seed: u64, command: fn(f64) -> f64| {
+            let noise = white(rows, seed);
+            let time: Vec<f64> = (0..rows).map(|k| k as f64 * 1e-3).collect();
+            let hum = |time: f64| 2.0 * (TAU * (50.021 * time + phase)).cos();
+            Stretch {
+                left: time
+                    .iter()
+                    .zip(noise)
+                    .map(|(&time, noise)| hum(time) + noise)
+                    .collect(),
+                command: time.iter().map(|&time| command(time)).collect(),
+                time,
+            }
+        };
+        let slow = |time: f64| (9.0 * time * time).sin();
+        let records = [(0.3, 4000, 5), (0.9, 3000, 6), (0.1, 5000, 7)];
+        let all = records.map(|(phase, rows, seed)| vec![stretch(phase, rows, seed, slow)]);
+        let hum = common_hum(&all).unwrap();
+        assert!((hum.frequency - 50.021).abs() < 2e-3, "{}", hum.frequency);
+        for (turns, wanted) in hum.turns.iter().zip([0.0, -0.4, -0.2]) {
+            assert!((turns - wanted).abs() < 0.01, "{:?}", hum.turns);
+        }
+        // One that does not hum, and one whose command does.
+        let silent = vec![Stretch {
+            left: white(4000, 8),
+            ..stretch(0.0, 4000, 8, slow)
+        }];
+        let [first, ..] = all;
+        assert!(common_hum(&[first, silent]).is_none());
+        let commanded = |time: f64| (TAU * 50.021 * time).sin();
+        let all = [0.2, 0.6].map(|phase| vec![stretch(phase, 4000, 9, commanded)]);
+        assert!(common_hum(&all).is_none());
+    }
 
     #[test]
     fn a_line_between_two_bins_is_found_under_noise_and_drift() {

@@ -5,6 +5,7 @@ pub(super) mod basis;
 pub(super) mod bootstrap;
 pub(super) mod compare;
 pub(super) mod density;
+pub(super) mod jumps;
 pub(super) mod line;
 pub(super) mod noise;
 pub(super) mod residual;

@@ -70,6 +70,13 @@ impl Series {
         found
     }
 
+    /// Lets time, as the model sees it, be so many `seconds` later in every row. [`Self::time`] stays as it was recorded.
+    pub(crate) fn shift_clock(&mut self, seconds: f64) {
+        for sample in &mut self.samples {
+            sample.input.time += seconds;
+        }
+    }
+
     /// Cuts the intervals between the rows into steps that a rate of `rate` (1/s) allows, each into `refine` times as
     /// many.
     pub fn set_steps(&mut self, rate: f64, refine: u32) {

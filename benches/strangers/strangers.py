@@ -7,6 +7,8 @@ Each cause is integrated here in steps of 10 us (Euler), most by another law tha
 pump that droops with the square of the flow), with a random valve, command, sampling rate, noise and set of measured channels. A
 record of 6 s is fitted, another of 4 s under another command is held out. Prints a table in Markdown. Needs numpy and numba.
 
+Commands are held between two rows; with --straight they go straight on, as what a generator gives, and the program has to see it.
+
 With --left-out no effect is looked for that is a right name of what is planted: whatever is named then is named wrongly. Each
 record measures spool and flow, and where the fault is located is compared with where it is. With --places no effect is looked
 for at all, and only places are compared.
@@ -43,8 +45,8 @@ def limited(value, limit):
 
 
 @numba.njit(cache=True)
-def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
-    """Spool, V, and flow, L/min, at each row of the command `u`, which is held between two of them."""
+def simulated(u, gain, lag, saturation, flow_gain, cause, p, every, straight):
+    """Spool, V, and flow, L/min, at each row of the command `u`, which is held between two of them or goes straight on."""
     spool, flow = np.empty(u.size), np.empty(u.size)
     z = x = v = 0.0
     plays, ring = np.zeros(4), np.zeros(4096)
@@ -53,6 +55,8 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every):
     for k in range(u.size * every):
         row = k // every
         c = u[row]
+        if straight and row + 1 < u.size:
+            c += (u[row + 1] - u[row]) * (k % every) / every
         if cause == LATE:
             ring[place] = c
             c = ring[(place - int(p[0] / STEP)) % 4096]
@@ -320,8 +324,9 @@ def true_place(cause):
     return "behind_spool" if cause.code >= LAPPED else "before_spool"
 
 
-def write_records(folder, name, seed, both=False):
-    """The record to fit and the one to hold out, and a text with what they are made of; `both`: of both channels."""
+def write_records(folder, name, seed, both=False, straight=False):
+    """The record to fit and the one to hold out, and a text with what they are made of; `both`: of both channels; `straight`: the
+    command is not held."""
     cause = CAUSES[name]
     random = np.random.default_rng([seed, list(CAUSES).index(name)])
     per_second = int(random.choice([500, 1000, 1000, 2000]))
@@ -351,7 +356,7 @@ def write_records(folder, name, seed, both=False):
         u = command(kind, rows, per_second, random, random.uniform(7, 9.5))
         u[: int(0.3 * per_second)] = 0
         every = int(round(1 / STEP / per_second))
-        spool, flow = simulated(u, gain, lag, saturation, flow_gain, cause.code, p, every)
+        spool, flow = simulated(u, gain, lag, saturation, flow_gain, cause.code, p, every, straight)
         columns = {"time [s]": np.arange(rows) / per_second, "command [V]": u}
         if channels != "flow":
             columns["spool [V]"] = spool + noise * random.normal(size=rows)
@@ -391,6 +396,7 @@ def main():
     parse.add_argument("--seeds", default="1")
     parse.add_argument("--only", default=";".join(CAUSES), help="names, separated by semicolons")
     parse.add_argument("--threads", type=int, default=2)
+    parse.add_argument("--straight", action="store_true", help="commands that go straight from row to row, where they are held otherwise")
     parse.add_argument("--keep", help="a folder for the records")
     instead = parse.add_mutually_exclusive_group()
     instead.add_argument("--left-out", action="store_true", help="look for no effect that is a right name")
@@ -405,7 +411,7 @@ def main():
 
     def run(folder, name, seed):
         cause = CAUSES[name]
-        (fit, hold), about = write_records(folder, name, seed, cut)
+        (fit, hold), about = write_records(folder, name, seed, cut, asked.straight)
         began = time.monotonic()
         call = [program, "identify", fit, "--hold-out", hold, "--evaluator", "cpu", "--json", "--quiet"]
         if asked.left_out:

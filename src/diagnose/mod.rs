@@ -22,10 +22,11 @@
 //! 5. *Not asked*: where no effect was looked for, or not to the end, the verdict is `not_diagnosed`.
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
-//! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `hold` tries the command both
-//! ways between two rows, `evidence` is what models are judged by, `unexcited` sets what the fitted rows leave open, `screen`,
-//! `led`, `wide`, `sought` and `attribution` find the effects, `verdict` decides, `free_form` describes what has no name, `signature` shows
-//! what gave it away, and `identified` is the result. `statistics` knows none of them.
+//! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `clocks` puts records in phase
+//! that hum, `hold` tells what the command does between two rows or tries both ways, `evidence` is what models are judged by,
+//! `unexcited` sets what the fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects,
+//! `verdict` decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the
+//! result. `statistics` knows none of them.
 
 mod attribution;
 mod clocks;

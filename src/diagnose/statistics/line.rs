@@ -75,6 +75,9 @@ pub(in crate::diagnose) struct Hum {
 
 /// The hum of `records`, each given in stretches, if all of them have one.
 pub(in crate::diagnose) fn common_hum(records: &[Vec<Stretch>]) -> Option<Hum> {
+    if records.len() < 2 {
+        return None;
+    }
     let stretches = records.iter().flatten();
     let longest = stretches.max_by_key(|one| one.left.len())?;
     let seconds = longest.time[longest.time.len() - 1] - longest.time[0];
@@ -101,7 +104,7 @@ pub(in crate::diagnose) fn common_hum(records: &[Vec<Stretch>]) -> Option<Hum> {
         .map(|own| own.line(frequency).arg() / TAU)
         .collect();
     let turns = phases.iter().map(|phase| phase - phases[0]);
-    (stands_out > HUMS && records.len() > 1).then(|| Hum {
+    (stands_out > HUMS).then(|| Hum {
         frequency,
         turns: turns.map(|turns| turns - turns.round()).collect(),
         stands_out,

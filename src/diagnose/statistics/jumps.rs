@@ -13,10 +13,10 @@ const EVEN: f64 = 1.2;
 /// Fewest jumps that say something.
 const FEWEST: usize = 6;
 /// By how many standard errors the answers are sure.
-const SURE: f64 = 5.0;
+const SURE: f64 = 4.5;
 
-/// What an output does at the jumps of a command, each continued in a straight line through the rows before: summed, in the
-/// direction of the jump.
+/// What an output does at the jumps of a command, each continued in a straight line through the rows before: summed, each
+/// times its jump.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::diagnose) struct Answers {
     jumps: usize,
@@ -50,8 +50,7 @@ impl Answers {
             if jump.abs() < JUMP * span || !rests {
                 continue;
             }
-            let off =
-                |row: usize| jump.signum() * (output[row] - continued(&output[row - BEFORE..row]));
+            let off = |row: usize| jump * (output[row] - continued(&output[row - BEFORE..row]));
             self.jumps += 1;
             self.there += off(row);
             self.before += off(row - 1);

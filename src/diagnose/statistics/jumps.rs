@@ -101,13 +101,13 @@ mod tests {
         let noise = white(2000, 4);
         let (mut command, mut output) = (Vec::new(), Vec::new());
         let (mut lag, mut last) = (0.0, 0.0);
-        for row in 0..2000 {
+        for (row, noise) in noise.iter().enumerate() {
             let long = if settled { 100 } else { 12 };
             let now = if (row / long) % 2 == 0 { -3.0 } else { 3.0 };
             lag += 0.1 * (last + share * (now - last) - lag);
             last = now;
             command.push(now);
-            output.push(-lag + 0.05 * noise[row]);
+            output.push(-lag + 0.05 * noise);
         }
         let mut answers = Answers::default();
         let time: Vec<f64> = (0..2000).map(f64::from).collect();

@@ -78,7 +78,7 @@ pub struct Measurements {
     pub records: Vec<Used>,
     /// Of which of the records each series is a part.
     pub of_record: Sides<Vec<usize>>,
-    /// By how many s the time of each record was shifted: see [`Series::shift_clock`].
+    /// By how many s the time of each record, as the model sees it, was shifted so that what hums in all of them is in phase.
     pub clocks: Vec<f64>,
     /// Whether all of them are static sweeps: see [`Record::is_static`].
     pub is_static: bool,

@@ -28,7 +28,11 @@ pub(super) fn with_clocks_set(
     for (one, &of) in all.chain(beside.hold_out.into_iter().zip(&of_record.hold_out)) {
         records[of].push(one);
     }
-    let (output, measuring, hum) = hum_of(&records, &fitted.problem.structure.observed)?;
+    let Common {
+        output,
+        measuring,
+        hum,
+    } = hum_of(&records, &fitted.problem.structure.observed)?;
     let apart = |turns: &f64| turns.abs() > IN_PHASE;
     hum.turns.iter().any(apart).then(|| {
         let mut set = problem.clone();
@@ -57,21 +61,34 @@ pub(crate) fn seconds_apart(sides: [&Identified; 2]) -> f64 {
         let beside = side.before.beside(&side.measurements);
         [beside.fit, beside.hold_out].concat()
     });
-    let hum = hum_of(&records, &sides[0].before.problem.structure.observed);
-    hum.map_or(0.0, |(_, _, hum)| hum.turns[1] / hum.frequency)
+    let common = hum_of(&records, &sides[0].before.problem.structure.observed);
+    common.map_or(0.0, |Common { hum, .. }| hum.turns[1] / hum.frequency)
 }
 
-/// The strongest hum that several records have in common, each given in parts: in which output, and which of the records measure
-/// that.
-fn hum_of(records: &[Vec<Compared>], observed: &[Output]) -> Option<(Output, Vec<usize>, Hum)> {
+/// A hum that several records have in common.
+struct Common {
+    output: Output,
+    /// Which of the records measure that.
+    measuring: Vec<usize>,
+    /// Its turns are of those.
+    hum: Hum,
+}
+
+/// The strongest hum that several records have in common, each given in parts.
+fn hum_of(records: &[Vec<Compared>], observed: &[Output]) -> Option<Common> {
     let of = |&output: &Output| {
         let parts = records.iter().map(|parts| stretches(parts, output));
         let measuring = parts.enumerate().filter(|(_, parts)| !parts.is_empty());
         let (measuring, parts): (Vec<usize>, Vec<_>) = measuring.unzip();
-        Some((output, measuring, common_hum(&parts)?))
+        let hum = common_hum(&parts)?;
+        Some(Common {
+            output,
+            measuring,
+            hum,
+        })
     };
     let hums = observed.iter().filter_map(of);
-    hums.max_by(|a, b| a.2.stands_out.total_cmp(&b.2.stands_out))
+    hums.max_by(|a, b| a.hum.stands_out.total_cmp(&b.hum.stands_out))
 }
 
 /// What is left of `output` in each piece of the rows that count.

@@ -1,12 +1,15 @@
 //! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried, the
 //! latter first where the valve answers a jump sooner than it could answer a converter.
 
+use super::attribution::Added;
 use super::evidence::{QUICK, set_start};
 use super::fitted::Fitted;
+use super::identified::Identified;
 use super::measurements::{Measurements, starts};
 use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
 use super::statistics::jumps::{Answers, range};
+use super::verdict::Verdict;
 use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Fingerprint, Problem, reference};
@@ -20,6 +23,11 @@ const TOLD_APART: f64 = 3.0;
 const SAME_COST: f64 = 0.003;
 /// A parameter that moves by less than this share of its value is not reported.
 const NOTABLE: f64 = 0.01;
+
+/// The other of held and interpolated is tried with all effects if it leaves less than this share of the error.
+const CLOSER: f64 = 0.95;
+/// A result with fewer effects stands if its held-out cost is larger by less than this share.
+const AS_GOOD: f64 = 0.1;
 
 /// What was taken for the command between two rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,13 +66,8 @@ pub(super) fn answer_at_once(records: &[Series], structure: &Structure) -> bool 
             let measured = series.samples.iter().map(|sample| sample.target[output]);
             let measured: Vec<f64> = measured.collect();
             for rows in series.pieces() {
-                let own = |values: &[f64]| values[rows.clone()].to_vec();
-                answers.add(
-                    &own(&series.time),
-                    &own(&command),
-                    &own(&measured),
-                    high - low,
-                );
+                let (time, command) = (&series.time[rows.clone()], &command[rows.clone()]);
+                answers.add(time, command, &measured[rows], high - low);
             }
         }
         answers.are_sure()
@@ -115,6 +118,54 @@ pub(super) fn complete_other_way(
     let noise = other.noise(measurements, false);
     other.test_residual(measurements, &noise);
     Ok((!other.structured()).then_some(other))
+}
+
+/// Whether all effects are to be tried with the other of held and interpolated. What is ahead by half an interval may be a command
+/// that went straight on between its rows; so may be what is not followed to its noise, where the other leaves less.
+pub(super) fn may_be_the_other_way(result: &Identified) -> bool {
+    let leads = |one: &Added| one.effect.leads();
+    let left = matches!(result.verdict, Verdict::Partly | Verdict::Unexplained);
+    let other = result.between.other.as_ref();
+    let closer = other.is_some_and(|other| other.errors[1] < CLOSER * other.errors[0]);
+    result.added.iter().any(leads) || (left && closer)
+}
+
+/// Whether `one` is to be preferred to an `other` result that took the command for the other of held and interpolated: it
+/// follows the held-out rows as well with fewer effects, or better with as many; or it is complete; or it has the same effects,
+/// and the fitted rows prefer it.
+pub(super) fn is_preferred(one: &Identified, other: &Identified) -> bool {
+    let (effects, others) = (one.added.len(), other.added.len());
+    let better = || (1.0 + AS_GOOD) * held_out_cost(one) < held_out_cost(other);
+    let same_and_preferred = || {
+        let has = |added: &Added| other.added.iter().any(|one| one.effect == added.effect);
+        let beside = other.between.other.as_ref();
+        let preferred = beside.and_then(|beside| beside.preferred);
+        one.added.iter().all(has) && preferred == Some(one.between.taken)
+    };
+    match (is_complete(one), is_complete(other)) {
+        (true, false) => true,
+        (false, true) => false,
+        _ if effects < others => is_as_good(one, other),
+        _ => effects == others && (better() || same_and_preferred()),
+    }
+}
+
+/// Whether nothing is missing, or no more than was found.
+pub(super) fn is_complete(result: &Identified) -> bool {
+    matches!(result.verdict, Verdict::Found | Verdict::None)
+}
+
+/// Whether `one` follows the held-out rows as well as the `other`.
+pub(super) fn is_as_good(one: &Identified, other: &Identified) -> bool {
+    held_out_cost(one) < (1.0 + AS_GOOD) * held_out_cost(other)
+}
+
+/// The held-out error of a result, squared, in units of noise and summed over all channels.
+fn held_out_cost(result: &Identified) -> f64 {
+    let errors = result.after.errors.hold_out.iter();
+    errors
+        .map(|(name, error)| (error.rmse / result.noise[name].value).powi(2))
+        .sum()
 }
 
 impl OtherHold {

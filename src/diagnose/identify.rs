@@ -5,7 +5,10 @@ use super::clocks::with_clocks_set;
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
-use super::hold::{Between, OtherHold, complete_other_way, other_way};
+use super::hold::{
+    Between, OtherHold, complete_other_way, is_as_good, is_complete, is_preferred,
+    may_be_the_other_way, other_way,
+};
 use super::identified::Identified;
 use super::located::{Located, located};
 use super::measurements::{Measurements, starts};
@@ -28,11 +31,6 @@ use std::ops::ControlFlow;
 
 /// A noise floor is lowered if what is left at rest falls below this share of it.
 const QUIETER: f64 = 0.93;
-/// The other of held and interpolated is tried with all effects if it leaves less than this share of the error.
-const CLOSER: f64 = 0.95;
-/// A result with fewer effects stands if its held-out cost is larger by less than this share.
-const AS_GOOD: f64 = 0.1;
-
 /// Fits the base model to the measurements, finds out which effects it lacks, and looks at the residual. `progress` is told
 /// each stage and generation, and may break off: the result is then what is known so far.
 ///
@@ -100,11 +98,7 @@ pub fn identify(
         evaluations,
     };
     let mut result = diagnosis.of(problem.clone(), start, noise.clone())?;
-    // What is ahead by half an interval may be a command that went straight on between its rows; and what is not followed to
-    // its noise may be.
-    let leads = |one: &Added| one.effect.leads();
-    let tempted = result.added.iter().any(leads) || is_closer_the_other_way(&result);
-    if !hold_shown && tempted && diagnosis.stage.goes_on() {
+    if !hold_shown && may_be_the_other_way(&result) && diagnosis.stage.goes_on() {
         let mut other = problem.clone();
         other.structure.hold = problem.structure.hold.other();
         // Beside what is complete only fewer effects count: where those do not do as well, the others need not be looked for.
@@ -178,44 +172,6 @@ fn least_followed(fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> f64 {
         Some(1.0 - left * beside.max(0.0).sqrt())
     });
     followed.fold(1.0, f64::min)
-}
-
-/// Whether something is left of a result of which the other of held and interpolated leaves less.
-fn is_closer_the_other_way(result: &Identified) -> bool {
-    let left = matches!(result.verdict, Verdict::Partly | Verdict::Unexplained);
-    let other = result.between.other.as_ref();
-    left && other.is_some_and(|other| other.errors[1] < CLOSER * other.errors[0])
-}
-
-/// Whether `one` is to be preferred to an `other` result that took the command for the other of held and interpolated: it
-/// follows the held-out rows as well with fewer effects, or better with as many; or it is complete.
-fn is_preferred(one: &Identified, other: &Identified) -> bool {
-    let (effects, others) = (one.added.len(), other.added.len());
-    let better = || (1.0 + AS_GOOD) * held_out_cost(one) < held_out_cost(other);
-    match (is_complete(one), is_complete(other)) {
-        (true, false) => true,
-        (false, true) => false,
-        _ if effects < others => is_as_good(one, other),
-        _ => effects == others && better(),
-    }
-}
-
-/// Whether nothing is missing, or no more than was found.
-fn is_complete(result: &Identified) -> bool {
-    matches!(result.verdict, Verdict::Found | Verdict::None)
-}
-
-/// Whether `one` follows the held-out rows as well as the `other`.
-fn is_as_good(one: &Identified, other: &Identified) -> bool {
-    held_out_cost(one) < (1.0 + AS_GOOD) * held_out_cost(other)
-}
-
-/// The held-out error of a result, squared, in units of noise and summed over all channels.
-fn held_out_cost(result: &Identified) -> f64 {
-    let errors = result.after.errors.hold_out.iter();
-    errors
-        .map(|(name, error)| (error.rmse / result.noise[name].value).powi(2))
-        .sum()
 }
 
 /// A diagnosis under way.

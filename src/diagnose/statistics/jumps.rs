@@ -41,13 +41,12 @@ impl Answers {
             let jump = command[row] - command[row - 1];
             let first = row - 1 - BEFORE;
             let (high, low) = range(&command[first..row]);
-            let intervals: Vec<f64> = time[first..=row]
-                .windows(2)
-                .map(|two| two[1] - two[0])
-                .collect();
-            let (longest, shortest) = range(&intervals);
-            let rests = high - low <= REST * jump.abs() && longest < EVEN * shortest;
-            if jump.abs() < JUMP * span || !rests {
+            if jump.abs() < JUMP * span || high - low > REST * jump.abs() {
+                continue;
+            }
+            let intervals = time[first..=row].windows(2).map(|two| two[1] - two[0]);
+            let (longest, shortest) = range(&intervals.collect::<Vec<f64>>());
+            if longest >= EVEN * shortest {
                 continue;
             }
             let off = |row: usize| jump * (output[row] - continued(&output[row - BEFORE..row]));

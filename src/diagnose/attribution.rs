@@ -5,7 +5,7 @@ use super::led::led;
 use super::located::Located;
 use super::screen::{LEVEL, Screened, Screening};
 use super::stage::Stage;
-use super::verdict::taken;
+use super::verdict::{NEAR, taken};
 use super::wide::widely;
 use super::{Comparison, improvement};
 use crate::Result;
@@ -44,6 +44,8 @@ const LEFT_OPEN: f64 = 1.3;
 const DEEPENED: usize = 2;
 /// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
+/// Models that leave more than noise have come equally far if what they take differs by less than this share.
+const EQUALLY_FAR: f64 = 0.01;
 
 /// A structure as it was fitted on the way to the result.
 #[derive(Debug, Clone, PartialEq)]
@@ -749,7 +751,8 @@ impl<'a, 'b> Selection<'a, 'b> {
             let ties = rivals.iter().filter(|(other, rival)| {
                 // What a form has more than the one that is as good is not needed: that is no other cause.
                 let richer = other.is_form_of(&effect) && size(rival) > size(model);
-                !richer && self.same(rival, model) && self.worth(&reduced, rival)
+                let tied = self.same(rival, model) || equally_far(&reduced, model, rival);
+                !richer && tied && self.worth(&reduced, rival)
             });
             one.tied_with = ties.map(|(other, _)| *other).collect();
         }
@@ -794,6 +797,13 @@ impl<'a, 'b> Selection<'a, 'b> {
 /// Held-out cost of a model above the noise.
 pub(super) fn excess(model: &Model) -> f64 {
     (model.loss(Side::HoldOut) - 1.0).max(0.0)
+}
+
+/// Whether two models that leave more than noise have come equally far from `reduced`. Neither law is that of the valve then, and
+/// which of them errs a little less says nothing of the cause.
+fn equally_far(reduced: &Model, model: &Model, rival: &Model) -> bool {
+    let [before, one, other] = [reduced, model, rival].map(excess);
+    one > NEAR * NEAR - 1.0 && other - one < EQUALLY_FAR * (before - one)
 }
 
 /// Parameters that are fitted.

@@ -173,6 +173,7 @@ fn neutral_is_absent() {
                 | Kind::StrokeLimit
                 | Kind::FlowSaturation
                 | Kind::LineResonance
+                | Kind::SpoolResonance
         ) {
             continue;
         }

@@ -36,7 +36,7 @@ FORCE_IN_FRONT, KARNOPP, FORCE_BEHIND, SOFT_STOP, STOP, CLAMP, BIAS, JUMP, CUBIC
 LAPPED, ONE_EDGE, ROUND_EDGES, KNEE, SLOPES, UNDERLAP, PORT_SHAPE, SHIFT, ROUND_PORT, LEAKY_LAP = range(20, 30)
 ACCUMULATOR, VOLUMES, LINE, WARM_UP, METER, RIPPLE, ZERO, HUNTING, SLIP, PUMP = range(30, 40)
 TRANSDUCER, HUM, THERMAL, SQUARE, SAMPLED = range(40, 45)
-COIL, FILTER, DEAD_COMMAND = range(45, 48)
+COIL, FILTER, DEAD_COMMAND, MASS, LAGGING_MASS = range(45, 50)
 
 
 @numba.njit(cache=True)
@@ -99,6 +99,12 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every, straight):
         if cause == DEAD_BAND:
             error -= p[0] * np.tanh(2 * error / p[0])
         drive = gain * error
+        if cause == MASS or cause == LAGGING_MASS:
+            # v'' / w^2 + 2 D v' / w + v = drive; or behind the lag, where z - x stays the lag's share of the drive.
+            w = 2 * np.pi * p[0]
+            pulls = (z - x) / lag if cause == LAGGING_MASS else drive
+            rate += STEP * w * (w * (pulls - v) - 2 * p[1] * rate)
+            drive += v - pulls if cause == LAGGING_MASS else 0.0
         if cause == FORCE_IN_FRONT:
             drive -= gain * p[0] * x
         z += drive * STEP
@@ -128,6 +134,9 @@ def simulated(u, gain, lag, saturation, flow_gain, cause, p, every, straight):
             v = speed
         elif cause == FORCE_BEHIND:
             speed = (z - x - p[0] * x) / lag
+        elif cause == MASS or cause == LAGGING_MASS:
+            v += rate * STEP
+            speed = v
         x += speed * STEP
         if cause == SOFT_STOP and abs(x) > p[0]:
             x -= (x - np.sign(x) * p[0]) * STEP / 2e-4
@@ -264,6 +273,8 @@ CAUSES = {
     "coil": Cause(COIL, ("command_lag",), 0.001, 0.004),
     "filter of the amplifier": Cause(FILTER, ("command_lag",), 40, 150),
     "dead band of the amplifier": Cause(DEAD_COMMAND, ("dead_band",), 0.1, 0.5),
+    "mass on oil": Cause(MASS, ("spool_resonance",), 100, 200, (0.3, 0.7)),
+    "mass on oil behind the lag": Cause(LAGGING_MASS, ("spool_resonance",), 120, 250, (0.3, 0.7)),
 }
 # What the catalogue has another name for, where nothing tells the two apart.
 ALIKE = [{"null_bias", "sensor_offset"}, {"flow_force", "dc_gain"}, {"asymmetric_gain", "null_bias"}]
@@ -319,9 +330,9 @@ def right_names(cause):
 
 def true_place(cause):
     """Where it acts, of the three places that cuts at the measured spool tell apart."""
-    if cause.code >= TRANSDUCER:
+    if TRANSDUCER <= cause.code <= SAMPLED:
         return "spool_sensor"
-    return "behind_spool" if cause.code >= LAPPED else "before_spool"
+    return "behind_spool" if LAPPED <= cause.code <= PUMP else "before_spool"
 
 
 def write_records(folder, name, seed, both=False, straight=False):

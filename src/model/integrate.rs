@@ -23,7 +23,7 @@ pub fn advance<R: Real, const N: usize, D: Dynamics<R>>(
             let slip_direction = plant.slip_direction(&state, start);
             let mut stage = Stage {
                 slip_direction,
-                ..Stage::first(start.command)
+                ..Stage::first(start.command, start.time)
             };
             let mut slope = plant.derivative(&state, start, &stage);
             let mut sum = slope;

@@ -59,7 +59,7 @@ pub trait Ports<R: Real> {
 
     /// What drives the spool, after the correction and all effects.
     #[inline(always)]
-    fn drive(&self, drive: R, _motion: &Motion<R>) -> R {
+    fn drive(&self, _state: &[R], drive: R, _motion: &Motion<R>) -> R {
         drive
     }
 
@@ -71,7 +71,13 @@ pub trait Ports<R: Real> {
 
     /// The spool's velocity.
     #[inline(always)]
-    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+    fn speed(&self, _state: &[R], speed: R, _motion: &Motion<R>) -> R {
+        speed
+    }
+
+    /// The same, and sets the derivatives of the states that follow it.
+    #[inline(always)]
+    fn followed(&self, _state: &[R], speed: R, _motion: &Motion<R>, _slope: &mut [R]) -> R {
         speed
     }
 
@@ -294,10 +300,11 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     #[inline(always)]
-    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+    fn drive(&self, state: &[R], drive: R, motion: &Motion<R>) -> R {
         let mut drive = drive;
         for effect in &self.effects {
-            drive = effect.action.drive(drive, motion);
+            let own = &state[effect.states.clone()];
+            drive = effect.action.drive(own, drive, motion);
         }
         drive
     }
@@ -315,10 +322,25 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+    fn speed(&self, state: &[R], speed: R, motion: &Motion<R>) -> R {
         let mut speed = speed;
         for effect in &self.effects {
-            speed = effect.action.speed(speed, motion);
+            let own = &state[effect.states.clone()];
+            speed = effect.action.speed(own, speed, motion);
+        }
+        speed
+    }
+
+    #[inline(always)]
+    fn followed(&self, state: &[R], speed: R, motion: &Motion<R>, slope: &mut [R]) -> R {
+        let mut speed = speed;
+        for effect in &self.effects {
+            let own = &state[effect.states.clone()];
+            if effect.is_inner() {
+                let slope = &mut slope[effect.states.clone()];
+                effect.action.follow(own, speed, motion, slope);
+            }
+            speed = effect.action.speed(own, speed, motion);
         }
         speed
     }
@@ -329,7 +351,7 @@ impl<R: Real> Ports<R> for Attached<R> {
         for effect in &self.effects {
             let own = &state[effect.states.clone()];
             motion.slip_direction = effect.action.slip_direction(own, drive, &motion);
-            drive = effect.action.drive(drive, &motion);
+            drive = effect.action.drive(own, drive, &motion);
         }
         motion.slip_direction
     }
@@ -351,7 +373,7 @@ impl<R: Real> Ports<R> for Attached<R> {
             (integrator, spool) = effect
                 .action
                 .end_step(own, integrator, spool, drive, began, step);
-            drive = effect.action.drive(drive, rests);
+            drive = effect.action.drive(own, drive, rests);
         }
         (integrator, spool)
     }
@@ -406,7 +428,8 @@ impl<R: Real> Ports<R> for Attached<R> {
         for effect in &self.effects {
             if effect.is_inner() {
                 let own = &state[effect.states.clone()];
-                slope[effect.states.start] = effect.action.drawn(own, flow);
+                let slope = &mut slope[effect.states.clone()];
+                effect.action.drawn(own, flow, slope);
             }
         }
     }

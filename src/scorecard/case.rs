@@ -16,6 +16,7 @@ use crate::simulator::{
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
@@ -330,7 +331,7 @@ fn covered(setup: &Setup, known: &[String], identified: &Identified) -> [Option<
     }
     let valve = setup.valve;
     let main = match &setup.planted[..] {
-        [one] => main_parameter(one),
+        [one] => main_parameter(one, &valve),
         _ => None,
     };
     let truths = [
@@ -351,20 +352,21 @@ fn covered(setup: &Setup, known: &[String], identified: &Identified) -> [Option<
 
 /// What the model calls the parameter that says how strong an effect is, and its true value; of a resonance or a
 /// disturbance its frequency.
-fn main_parameter(planted: &Planted) -> Option<(String, f64)> {
-    let key = |name: &str| {
-        let found = planted.extra.iter().find(|(key, _)| *key == name);
-        found.map(|(_, value)| *value)
-    };
+fn main_parameter(planted: &Planted, valve: &Valve) -> Option<(String, f64)> {
     let kind = planted.effect;
     Some(match kind {
         Kind::LineResonance => ("line_frequency_flow".into(), planted.value),
+        Kind::SpoolResonance => (
+            "spool_damping".into(),
+            PI * planted.value * valve.time_constant,
+        ),
         Kind::Compressibility => ("compressibility_flow".into(), planted.value),
+        Kind::CommandHum => ("hum_frequency".into(), planted.key("frequency")?),
         Kind::PeriodicDisturbance => (
             format!("disturbance_frequency_{}", planted.channel),
-            key("frequency")?,
+            planted.key("frequency")?,
         ),
-        Kind::ViscosityDrift if key("heating").is_some() => {
+        Kind::ViscosityDrift if planted.key("heating").is_some() => {
             ("viscosity_drift_per_kelvin".into(), planted.value)
         }
         kind if kind.has_channel() => (format!("{kind}_{}", planted.channel), planted.value),

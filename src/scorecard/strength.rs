@@ -114,7 +114,11 @@ impl Open {
             Kind::Leakage => extra("width", 1.5, 8.0),
             Kind::SupplyDroop => extra("lag", 0.01, 0.06),
             Kind::LineResonance => extra("damping", 0.05, 0.3),
-            Kind::PeriodicDisturbance => extra("frequency", 8.0, 150.0),
+            Kind::PeriodicDisturbance | Kind::CommandHum => extra("frequency", 8.0, 150.0),
+            Kind::NullBias if form == Form::Settling => {
+                extra("warm_up", 0.3 * setup.seconds, setup.seconds);
+            }
+            Kind::SpoolResonance if form == Form::Lagged => extra("damping", 0.2, 0.6),
             _ => {}
         }
         let heats = kind == Kind::ViscosityDrift && form == Form::Usual && rng.random();
@@ -129,8 +133,21 @@ impl Open {
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),
             Kind::CommandLag => Dial::rising(0.003, 0.1),
+            Kind::CommandHum => Dial::rising(0.1, 3.0),
             Kind::FeedForward => Dial::rising(0.003, 0.1),
             Kind::FeedbackCurvature => Dial::rising(0.2, 1.5).signed(rng),
+            // Below the loop's own frequency the loop is not stable, and with a damping above 1 nothing rings.
+            Kind::SpoolResonance if form == Form::Usual => {
+                let own = valve.frequency();
+                let fastest = 4.0 * valve.damping() * own;
+                Dial::limit(0.98 * fastest, (1.4 * own).min(0.9 * fastest), 1.05 * own)
+            }
+            // Without the lag it would be stable down to half the strongest.
+            Kind::SpoolResonance => {
+                let damping = planted.key("damping").unwrap_or(1.0);
+                let slowest = valve.frequency() / (2.0 * valve.damping() * damping);
+                Dial::limit(10.0 * slowest, 1.5 * slowest, slowest)
+            }
             Kind::SlewLimit => Dial::limit(2.0 * speed, 0.7 * speed, 0.05 * speed),
             Kind::Friction => Dial::rising(0.1, 0.8 * valve.saturation.min(3.0)),
             Kind::FlowForce => Dial::rising(0.1, 0.9),

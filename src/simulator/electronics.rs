@@ -3,6 +3,8 @@
 
 use super::filter::{Lag, runge_kutta};
 use super::planted::{Form, Kind, Planted, find, value};
+use super::sensor::Line;
+use rand_chacha::ChaCha8Rng;
 
 /// The path of the command.
 pub(super) struct Electronics {
@@ -72,6 +74,30 @@ impl Electronics {
         let u = self.dc_gain * u + self.null_bias;
         let u = self.hysteresis.as_mut().map_or(u, |h| h.apply(u));
         self.clamp.map_or(u, |limit| u.clamp(-limit, limit))
+    }
+}
+
+/// What is added to the command on its way to the loop: a hum, and a null that moves as the valve warms up.
+pub(super) struct Pickup {
+    hum: Option<Line>,
+    /// How far it moves, V, with which time constant, s.
+    shift: Option<(f64, f64)>,
+}
+
+impl Pickup {
+    pub(super) fn new(planted: &[Planted], rng: &mut ChaCha8Rng) -> Self {
+        let hum = find(planted, Kind::CommandHum, Form::Usual);
+        Self {
+            hum: hum.map(|p| Line::planted(p, rng)),
+            shift: find(planted, Kind::NullBias, Form::Settling)
+                .map(|p| (p.value, p.key("warm_up").unwrap_or(1.0))),
+        }
+    }
+
+    /// After `time` s.
+    pub(super) fn at(&self, time: f64) -> f64 {
+        let shifted = |(most, constant): (f64, f64)| -most * (-time / constant).exp_m1();
+        self.shift.map_or(0.0, shifted) + self.hum.as_ref().map_or(0.0, |hum| hum.at(time))
     }
 }
 

@@ -44,7 +44,7 @@ pub use valve::{FULL_SCALE, RATED_DROP, Valve};
 
 use crate::record::{Channel, Record, Series};
 use crate::{Error, Result};
-use electronics::{Electronics, exact_delay};
+use electronics::{Electronics, Pickup, exact_delay};
 use flow::{Flow, Oil, Seen};
 use outsider::{odd_command, seen_rate, strength};
 use random::{Stream, random};
@@ -304,7 +304,8 @@ impl Setup {
         let rate = seen_rate(&asked, interval);
 
         let mut electronics = Electronics::new(planted, sent[0]);
-        let [rest, _] = electronics.step(sent[0], self.step);
+        let pickup = Pickup::new(planted, &mut random(self.seed, Stream::Hum));
+        let rest = electronics.step(sent[0], self.step)[0] + pickup.at(0.0);
         let mut spool = Spool::new(self.valve, planted, outsiders, rest);
         let mut seen = Seen::new(planted, outsiders, rest);
         let mut flow = Flow::new(self.valve, self.meter, planted, outsiders, seen.position);
@@ -341,7 +342,9 @@ impl Setup {
                     let h = piece.step;
                     passed += h;
                     let now = if tick < run_in { 0.0 } else { start + passed };
-                    let command = electronics.step(command, h);
+                    let before = (now - h).max(0.0);
+                    let [from, to] = electronics.step(command, h);
+                    let command = [from + pickup.at(before), to + pickup.at(now)];
                     spool.step(command, flow.drop(), h);
                     seen.advance(spool.position(), now, h);
                     flow.advance(seen.position, now, h);

@@ -16,16 +16,20 @@ pub enum Kind {
     DeadBand,
     /// The loop is asked for a share g of its command: g u. \[1\]
     DcGain,
-    /// The command is off by u0: u + u0. \[V\]
+    /// The command is off by u0: u + u0; as it warms up, by u0 (1 − e^(−t/τ)). \[V\]
     NullBias,
     /// A play of half-width b on the command: y = max(u − b, min(u + b, y₋)). \[V\]
     Hysteresis,
     /// The command through a lag of this time constant. \[s\]
     CommandLag,
+    /// u + a sin(2π f t + φ), f (near 50 Hz) and φ drawn unless given. \[V\]
+    CommandHum,
     /// The loop has a zero: what moves spool and valve is x + T x'. \[s\]
     FeedForward,
     /// What the loop is fed back: x + s (x / full scale)² + c (x / full scale)³, c its value. \[V\]
     FeedbackCurvature,
+    /// v'' + 2 D ω v' + ω² v = ω² K sat(u − x), x' = v, with D = ω T / 2 of the valve's lag T, in whose place it is. \[Hz\]
+    SpoolResonance,
     /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
     SlewLimit,
     /// Coulomb friction F on the spool: the drive sat(u − x) loses F sign(x'), and the spool sticks while x' = 0 and
@@ -84,6 +88,10 @@ pub enum Form {
     Integrator,
     /// A limit, a friction or a force on z − x behind the integrator of the loop, which goes on and winds up.
     Windup,
+    /// A resonance behind the valve's lag, with a damping of its own.
+    Lagged,
+    /// A limit of its own to either side.
+    Sides,
     /// A limit on the speed of the command.
     Command,
     /// Friction after Dahl.
@@ -134,6 +142,8 @@ impl Form {
             Self::Smooth => "smooth",
             Self::Integrator => "integrator",
             Self::Windup => "windup",
+            Self::Lagged => "lagged",
+            Self::Sides => "sides",
             Self::Command => "command",
             Self::Dahl => "dahl",
             Self::Lugre => "lugre",
@@ -175,15 +185,17 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 28] = [
         Self::Delay,
         Self::DeadBand,
         Self::DcGain,
         Self::NullBias,
         Self::Hysteresis,
         Self::CommandLag,
+        Self::CommandHum,
         Self::FeedForward,
         Self::FeedbackCurvature,
+        Self::SpoolResonance,
         Self::SlewLimit,
         Self::Friction,
         Self::FlowForce,
@@ -213,16 +225,21 @@ impl Kind {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
             Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2, &[], &[]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96, &[], &[]),
-            Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3, &[], &[]),
+            Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
+                &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
+            Self::CommandHum => entry("command_hum", "V", "electronics", (0.0, 10.0), 0.2,
+                &[], &[("frequency", f64::NAN, USUAL), ("phase", f64::NAN, USUAL)]),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::FeedbackCurvature => entry("feedback_curvature", "V", "spool", (-2.0, 2.0), 0.4,
                 &[], &[("square", 0.0, USUAL)]),
+            Self::SpoolResonance => entry("spool_resonance", "Hz", "spool", (1.0, 2000.0), 60.0,
+                &[Form::Lagged], &[("damping", 0.4, &[Form::Lagged])]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
-                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot],
-                &[("bend", 0.8, &[Form::Rounded, Form::Pilot])]),
+                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides],
+                &[("bend", 0.8, &[Form::Rounded, Form::Pilot]), ("negative", 1e5, &[Form::Sides])]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
                 &[Form::Dahl, Form::Lugre, Form::Windup], &[
                     ("excess", f64::NAN, &[Form::Usual, Form::Lugre, Form::Windup]),
@@ -232,8 +249,12 @@ impl Kind {
             Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1,
                 &[Form::Windup], &[]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
-                &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic],
-                &[("stiffness", 20.0, &[Form::Soft]), ("rate", 1000.0, &[Form::Elastic])]),
+                &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic, Form::Sides],
+                &[
+                    ("stiffness", 20.0, &[Form::Soft]),
+                    ("rate", 1000.0, &[Form::Elastic]),
+                    ("negative", 100.0, &[Form::Sides]),
+                ]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
                 &[Form::Rounded, Form::Edges, Form::Clearance],
                 &[
@@ -367,7 +388,7 @@ impl Planted {
     }
 
     /// A further parameter, where it is given or has a default.
-    pub(super) fn key(&self, key: &str) -> Option<f64> {
+    pub(crate) fn key(&self, key: &str) -> Option<f64> {
         let given = self.extra.iter().find(|(name, _)| *name == key);
         let default = || self.own_keys().find(|(name, ..)| *name == key);
         let value = given.map_or_else(|| default().map(|key| key.1), |given| Some(given.1));
@@ -614,7 +635,7 @@ mod tests {
             ("delay=-1", "from 0 to 1 s"),
             ("delay=nan", "from 0 to 1 s"),
             ("delay~dahl=0.1", "pade"),
-            ("null_bias~dahl=0.1", "leave the form"),
+            ("dead_band~dahl=0.1", "leave the form"),
             ("delay.flow=0.1", "leave the channel"),
             ("sensor_lag.temperature=0.1", "spool or flow"),
             ("sensor_lag.flw=0.1", "flw"),

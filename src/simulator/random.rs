@@ -11,6 +11,7 @@ pub(super) enum Stream {
     Sensors,
     Hanging,
     Noise,
+    Hum,
 }
 
 pub(super) fn random(seed: u64, stream: Stream) -> ChaCha8Rng {

@@ -63,7 +63,7 @@ impl Curve {
 }
 
 /// amplitude · (sin(2π frequency t + phase) + overtone · sin(4π frequency t + phase))
-struct Line {
+pub(super) struct Line {
     amplitude: f64,
     frequency: f64,
     phase: f64,
@@ -72,7 +72,7 @@ struct Line {
 
 impl Line {
     /// What is not given is drawn: a frequency near 50 Hz that is no multiple of anything, and a phase.
-    fn planted(planted: &Planted, rng: &mut ChaCha8Rng) -> Self {
+    pub(super) fn planted(planted: &Planted, rng: &mut ChaCha8Rng) -> Self {
         let frequency = rng.random_range(43.0..57.0);
         let phase = rng.random_range(0.0..TAU);
         Self {
@@ -81,6 +81,13 @@ impl Line {
             phase: planted.key("phase").unwrap_or(phase),
             overtone: planted.key("share").unwrap_or(0.0),
         }
+    }
+
+    /// Its value after `time` s.
+    pub(super) fn at(&self, time: f64) -> f64 {
+        let turned = TAU * self.frequency * time;
+        let overtone = (2.0 * turned + self.phase).sin();
+        self.amplitude * ((turned + self.phase).sin() + self.overtone * overtone)
     }
 }
 
@@ -134,11 +141,7 @@ impl Sensor {
             _ => odd_meter(&self.outsiders, self.seen),
         };
         let seen = self.curve.as_ref().map_or(seen, |curve| curve.at(seen));
-        let line = self.disturbance.as_ref().map_or(0.0, |line| {
-            let turned = TAU * line.frequency * time;
-            let overtone = (2.0 * turned + line.phase).sin();
-            line.amplitude * ((turned + line.phase).sin() + line.overtone * overtone)
-        });
+        let line = self.disturbance.as_ref().map_or(0.0, |line| line.at(time));
         self.scale * seen + self.offset + self.drift.at(time) + line
     }
 }

@@ -1,9 +1,10 @@
-//! The spool and its loop: feed-forward, slew limit, friction, flow force and stroke limit.
+//! The spool and its loop: feed-forward, resonance, slew limit, friction, flow force and stroke limit.
 
 use super::filter::runge_kutta;
 use super::outsider::{self, Oddity, Outsider, strength};
 use super::planted::{Form, Kind, Planted, find, value};
 use super::valve::{FULL_SCALE, Valve};
+use std::f64::consts::TAU;
 
 /// The spool x with its velocity v. Without effects it is the valve of [`Valve`], with z = x + T v:
 ///
@@ -29,8 +30,37 @@ pub(super) struct Spool {
     feed_forward: f64,
     backlash: Option<Backlash>,
     transducer: Transducer,
-    /// Position, V; velocity, V/s; and the deflection of the bristles, from −1 to 1.
-    state: [f64; 3],
+    resonance: Option<Resonance>,
+    /// Position, V; velocity, V/s; the deflection of the bristles, from −1 to 1; and of what rings its velocity, V/s, and
+    /// acceleration, V/s².
+    state: State,
+}
+
+type State = [f64; 5];
+
+/// The spool as a mass on oil, v'' + 2 D ω v' = ω² (w − v): of what drives it, w = K sat(u − x), or of the valve's lag behind
+/// that, T w' = K sat(u − x) − w.
+struct Resonance {
+    /// ω, 1/s.
+    rate: f64,
+    /// D.
+    damping: f64,
+    lagged: bool,
+}
+
+impl Resonance {
+    fn planted(valve: &Valve, planted: &[Planted]) -> Option<Self> {
+        let usual = find(planted, Kind::SpoolResonance, Form::Usual);
+        let lagged = find(planted, Kind::SpoolResonance, Form::Lagged);
+        let one = usual.or(lagged)?;
+        let rate = TAU * one.value;
+        let in_its_place = 0.5 * rate * valve.time_constant;
+        Some(Self {
+            rate,
+            damping: one.key("damping").unwrap_or(in_its_place),
+            lagged: lagged.is_some(),
+        })
+    }
 }
 
 enum Speed {
@@ -47,6 +77,11 @@ enum Speed {
         limit: f64,
         bend: f64,
         winds_up: bool,
+    },
+    /// x' is v between −down and up, and v goes on.
+    Sides {
+        up: f64,
+        down: f64,
     },
     /// x' = limit · tanh(v / limit), and z goes on.
     Tanh(f64),
@@ -112,8 +147,11 @@ impl Transducer {
 
 enum Stop {
     None,
-    /// |x| ≤ limit, where it hits v becomes zero.
-    Hard(f64),
+    /// bottom ≤ x ≤ top, where it hits v becomes zero.
+    Hard {
+        bottom: f64,
+        top: f64,
+    },
     /// |x| ≤ limit, and z goes on.
     Windup(f64),
     /// The drive loses stiffness · (x − limit) beyond the limit.
@@ -191,8 +229,13 @@ impl Spool {
                     winds_up,
                 })
             });
+        let sides = find(planted, Kind::SlewLimit, Form::Sides).map(|p| Speed::Sides {
+            up: p.value,
+            down: p.key("negative").unwrap_or(p.value),
+        });
         let speed = usual
             .or(rounded)
+            .or(sides)
             .or_else(|| slew(Form::Smooth).map(Speed::Smooth))
             .or_else(|| slew(Form::Integrator).map(Speed::Integrator))
             .or_else(|| slew(Form::Windup).map(Speed::Windup))
@@ -206,10 +249,16 @@ impl Spool {
             limit: p.value,
             rate: p.key("rate").unwrap_or(1.0),
         });
+        let usual = find(planted, Kind::StrokeLimit, Form::Usual);
+        let sides = find(planted, Kind::StrokeLimit, Form::Sides);
+        let hard = usual.or(sides).map(|p| Stop::Hard {
+            bottom: -p.key("negative").unwrap_or(p.value),
+            top: p.value,
+        });
         let stroke = |form| limit(Kind::StrokeLimit, form);
         let stop = soft
             .or(elastic)
-            .or_else(|| stroke(Form::Usual).map(Stop::Hard))
+            .or(hard)
             .or_else(|| stroke(Form::Windup).map(Stop::Windup))
             .unwrap_or(Stop::None);
         Self {
@@ -232,7 +281,8 @@ impl Spool {
                 at: position,
             }),
             transducer: Transducer::planted(planted),
-            state: [position, 0.0, 0.0],
+            resonance: Resonance::planted(&valve, planted),
+            state: [position, 0.0, 0.0, 0.0, 0.0],
         }
     }
 
@@ -262,10 +312,10 @@ impl Spool {
             self.state[0] = limit.copysign(self.state[0]);
             self.state[1] = (lead - self.state[0]) / self.valve.time_constant;
         }
-        if let Stop::Hard(limit) = self.stop
-            && self.state[0].abs() >= limit
+        if let Stop::Hard { bottom, top } = self.stop
+            && !(bottom < self.state[0] && self.state[0] < top)
         {
-            self.state[0] = limit.copysign(self.state[0]);
+            self.state[0] = self.state[0].clamp(bottom, top);
             // It may move away from the stop, not into it.
             if self.state[1] * self.state[0] > 0.0 {
                 self.state[1] = 0.0;
@@ -325,6 +375,7 @@ impl Spool {
                 let steep = w * f64::hypot(limit, bend) / limit;
                 (f64::hypot(steep + limit, bend) - f64::hypot(steep - limit, bend)) / 2.0
             }
+            Speed::Sides { up, down } => w.clamp(-down, up),
             Speed::Tanh(limit) => limit * (w / limit).tanh(),
             Speed::Smooth(limit) => w / (1.0 + (w / limit).powi(4)).sqrt().sqrt(),
             _ => w,
@@ -371,7 +422,7 @@ impl Spool {
                 let turn = command[0] + share * (command[1] - command[0]);
                 let rest = self.moved(start, [command[0], turn], drop, direction, share * h)[0];
                 direction = escape(self.drive(rest, turn, drop));
-                self.state = [rest, 0.0, 0.0];
+                self.state = [rest, 0.0, 0.0, 0.0, 0.0];
                 if direction != 0.0 {
                     let left = (1.0 - share) * h;
                     self.state = self.moved(self.state, [turn, command[1]], drop, direction, left);
@@ -408,16 +459,9 @@ impl Spool {
         drive
     }
 
-    fn moved(
-        &self,
-        state: [f64; 3],
-        command: [f64; 2],
-        drop: f64,
-        direction: f64,
-        h: f64,
-    ) -> [f64; 3] {
+    fn moved(&self, state: State, command: [f64; 2], drop: f64, direction: f64, h: f64) -> State {
         let winds_up = self.winds_up();
-        let mut end = runge_kutta(state, h, |[x, v, bristles], share| {
+        let mut end = runge_kutta(state, h, |[x, v, bristles, rings, swings], share| {
             let u = command[0] + share * (command[1] - command[0]);
             let mut drive = self.drive(x, u, drop);
             let mut bend = 0.0;
@@ -443,11 +487,18 @@ impl Spool {
             let gain = self.valve.gain
                 * outsider::amplitude_gain(self.amplitude_gain, x)
                 * outsider::direction_gain(self.direction_gain, drive);
+            if let Some(resonance) = &self.resonance {
+                let driving = if resonance.lagged { v } else { gain * drive };
+                let pull = resonance.rate * (driving - rings) - 2.0 * resonance.damping * swings;
+                let lag = (gain * drive - v) / self.valve.time_constant;
+                let speed = self.speed(x, rings, drop, direction);
+                return [speed, lag, bend, swings, resonance.rate * pull];
+            }
             let speed = self.speed(x, v, drop, direction);
             let lost = if winds_up { speed } else { v };
             let drag = lost + outsider::quadratic_drag(self.quadratic_damping, v);
             let torque = outsider::limited_torque(self.torque_limit, gain * drive - drag);
-            [speed, torque / self.valve.time_constant, bend]
+            [speed, torque / self.valve.time_constant, bend, 0.0, 0.0]
         });
         if let Speed::Limited(limit) = self.speed {
             end[1] = end[1].clamp(-limit, limit);

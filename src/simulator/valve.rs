@@ -55,6 +55,11 @@ impl Valve {
         valve
     }
 
+    /// The natural frequency of the unsaturated loop, Hz.
+    pub fn frequency(&self) -> f64 {
+        (self.gain / self.time_constant).sqrt() / std::f64::consts::TAU
+    }
+
     /// The damping ratio of the unsaturated loop.
     pub fn damping(&self) -> f64 {
         0.5 / (self.gain * self.time_constant).sqrt()

@@ -175,7 +175,7 @@ fn traced(
     let slip_direction = plant.slip_direction(&state, &now);
     let stage = Stage {
         slip_direction,
-        ..Stage::first(now.command)
+        ..Stage::first(now.command, now.time)
     };
     let slope = plant.derivative(&state, &now, &stage);
     functions.push(function(

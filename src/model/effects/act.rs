@@ -54,6 +54,8 @@ pub struct Motion<R> {
 pub struct Stage<R> {
     /// Time since the step began, s.
     pub since: R,
+    /// Time from the record's first row to the start of the step, s; where the command is held, to the row that the step is in.
+    pub time: R,
     /// The command when it began. From there the command goes straight.
     pub command: R,
     /// The sign in which what can stick moved, or set out to move, when it began; zero while it sticks.
@@ -61,11 +63,12 @@ pub struct Stage<R> {
 }
 
 impl<R: Real> Stage<R> {
-    /// The beginning of a step with this `command`, of what cannot stick.
+    /// The beginning of a step with this `command` and `time`, of what cannot stick.
     #[inline(always)]
-    pub fn first(command: R) -> Self {
+    pub fn first(command: R, time: R) -> Self {
         Self {
             since: R::constant(0.0),
+            time,
             command,
             slip_direction: R::constant(0.0),
         }
@@ -144,15 +147,19 @@ pub trait Act<R: Real> {
 
     /// What drives the spool, ż in command units per second.
     #[inline(always)]
-    fn drive(&self, drive: R, _motion: &Motion<R>) -> R {
+    fn drive(&self, _own: &[R], drive: R, _motion: &Motion<R>) -> R {
         drive
     }
 
     /// The spool's velocity, in command units per second.
     #[inline(always)]
-    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
         speed
     }
+
+    /// Sets the rates of change of the effect's states that follow the velocity that [`Act::speed`] is given.
+    #[inline(always)]
+    fn follow(&self, _own: &[R], _speed: R, _motion: &Motion<R>, _slope: &mut [R]) {}
 
     /// Whether the spool can stick, so that [`Act::slip_direction`] counts.
     fn sticks(&self) -> bool {
@@ -198,11 +205,9 @@ pub trait Act<R: Real> {
         supply
     }
 
-    /// The rate of change of the effect's one state that follows the magnitude of the `flow` drawn from the supply.
+    /// Sets the rates of change of the effect's states that follow the magnitude of the `flow` drawn from the supply.
     #[inline(always)]
-    fn drawn(&self, _own: &[R], _flow: R) -> R {
-        R::constant(0.0)
-    }
+    fn drawn(&self, _own: &[R], _flow: R, _slope: &mut [R]) {}
 
     /// The effect's states when that flow has long been `flow`.
     #[inline(always)]

@@ -160,11 +160,14 @@ mod tests {
         effect.settled(own, 1.0);
         let stage = |since| Stage {
             since,
-            ..Stage::first(1.0)
+            ..Stage::first(1.0, 0.0)
         };
         let half = effect.reference(own, 2.0, 0.0, &stage(1e-3));
         effect.remember(own, 3.0, 0.0, &stage(2e-3));
-        [half, effect.reference(own, 3.0, 0.0, &Stage::first(3.0))]
+        [
+            half,
+            effect.reference(own, 3.0, 0.0, &Stage::first(3.0, 0.0)),
+        ]
     }
 
     #[test]

@@ -62,8 +62,9 @@ mod tests {
     fn the_loop_is_at_rest_where_its_transducer_shows_the_command() {
         let mut values = [0.5, -1.0, 10.0].into_iter();
         let effect: FeedbackCurvature<f64> = FeedbackCurvature::new(|| values.next().unwrap());
-        let error =
-            |command, spool| effect.reference(&[], command, spool, &Stage::first(command)) - spool;
+        let error = |command, spool| {
+            effect.reference(&[], command, spool, &Stage::first(command, 0.0)) - spool
+        };
         assert_eq!([error(9.5, 10.0), error(-8.5, -10.0)], [0.0, 0.0]);
         assert_eq!(error(5.0, 5.0), -(0.5 * 0.25 - 0.125));
     }

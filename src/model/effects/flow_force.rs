@@ -44,7 +44,7 @@ impl<R: Real> Act<R> for FlowForce<R> {
     }
 
     #[inline(always)]
-    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+    fn drive(&self, _own: &[R], drive: R, motion: &Motion<R>) -> R {
         drive - motion.gain * self.share * motion.load
     }
 }
@@ -79,7 +79,7 @@ impl<R: Real> Act<R> for FlowForceBehind<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, motion: &Motion<R>) -> R {
         speed - self.share * motion.load / motion.time_constant
     }
 }
@@ -100,7 +100,7 @@ mod tests {
             slip_direction: 0.0,
             load: 2.0,
         };
-        assert_eq!(effect.drive(100.0, &motion), 100.0 - 200.0 * 0.1 * 2.0);
+        assert_eq!(effect.drive(&[], 100.0, &motion), 100.0 - 200.0 * 0.1 * 2.0);
     }
 
     #[test]
@@ -115,7 +115,7 @@ mod tests {
             slip_direction: 0.0,
             load: 2.0,
         };
-        assert_eq!(effect.speed(300.0, &motion), 300.0 - 0.1 * 2.0 / 0.002);
-        assert_eq!(effect.drive(100.0, &motion), 100.0);
+        assert_eq!(effect.speed(&[], 300.0, &motion), 300.0 - 0.1 * 2.0 / 0.002);
+        assert_eq!(effect.drive(&[], 100.0, &motion), 100.0);
     }
 }

@@ -109,7 +109,7 @@ impl<R: Real> Act<R> for Friction<R> {
     }
 
     #[inline(always)]
-    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+    fn drive(&self, _own: &[R], drive: R, motion: &Motion<R>) -> R {
         // Its direction holds for a whole step: one that changed with the speed would let the spool creep.
         let ratio = motion.speed / self.stribeck;
         let sliding =
@@ -221,7 +221,7 @@ impl<R: Real> Act<R> for FrictionBehind<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, motion: &Motion<R>) -> R {
         let (lost, needed) = self.speeds(motion);
         let zero = R::constant(0.0);
         let sets_out = speed - speed.clamp(-needed, needed);
@@ -281,7 +281,7 @@ mod tests {
             load: 2.0,
         };
         // At rest K (F + F_s) = 60 holds it; at the Stribeck speed K (F + F_s / 2) = 40 brakes it.
-        let drive = |drive, speed: f64| effect.drive(drive, &motion(speed, speed));
+        let drive = |drive, speed: f64| effect.drive(&[], drive, &motion(speed, speed));
         assert!((drive(59.0, 0.0)).abs() < 1e-12 && (drive(-70.0, 0.0) + 10.0).abs() < 1e-9);
         assert!((drive(0.0, 5.0) + 40.0).abs() < 1e-9 && (drive(0.0, -5.0) - 40.0).abs() < 1e-9);
         // From 4 V/s to -4 V/s: at rest in the middle of the step, 4 * 0.5 / 2 of a step further.
@@ -311,7 +311,7 @@ mod tests {
         let effect = behind([0.3, 0.0]);
         for slides in [-1.0, 0.0, 1.0] {
             let speeds = [-350.0, -99.0, 0.0, 99.0, 150.0];
-            let speeds = speeds.map(|v| effect.speed(v, &motion(0.0, slides)));
+            let speeds = speeds.map(|v| effect.speed(&[], v, &motion(0.0, slides)));
             for (found, expected) in speeds.into_iter().zip([-250.0, 0.0, 0.0, 0.0, 50.0]) {
                 assert!((found - expected).abs() < 1e-9, "{slides}: {speeds:?}");
             }
@@ -327,8 +327,8 @@ mod tests {
             [-1.0, 0.0, 1.0].map(|slid| direction(-250.0, slid)),
             [-1.0; 3]
         );
-        assert!((effect.speed(150.0, &motion(0.0, 1.0)) - 50.0).abs() < 1e-9);
-        assert_eq!(effect.speed(150.0, &motion(0.0, 0.0)), 0.0);
+        assert!((effect.speed(&[], 150.0, &motion(0.0, 1.0)) - 50.0).abs() < 1e-9);
+        assert_eq!(effect.speed(&[], 150.0, &motion(0.0, 0.0)), 0.0);
         // Set out in the middle of a step in which z rose from 0.45 to 0.75 V ahead: what 1e5 steps of Euler's say.
         let (step, count) = (1e-3, 100_000);
         let (mut z, mut x) = (1.6, 1.0);

@@ -139,7 +139,7 @@ mod tests {
         let mut own = [0.0];
         effect.settled_spool(&mut own, 1.0);
         let mut error = |command, spool| {
-            let stage = Stage::first(command);
+            let stage = Stage::first(command, 0.0);
             effect.remember(&mut own, command, spool, &stage);
             effect.reference(&own, command, spool, &stage) - spool
         };

@@ -91,12 +91,16 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => Act::<R>::feels_load(effect),)* Self::Own(users) => users.0.feels_load() }
             }
             #[inline(always)]
-            fn drive(&self, drive: R, motion: &Motion<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.drive(drive, motion),)* Self::Own(users) => users.0.drive(drive, motion) }
+            fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.drive(own, drive, motion),)* Self::Own(users) => users.0.drive(own, drive, motion) }
             }
             #[inline(always)]
-            fn speed(&self, speed: R, motion: &Motion<R>) -> R {
-                match self { $(Self::$Type(effect) => effect.speed(speed, motion),)* Self::Own(users) => users.0.speed(speed, motion) }
+            fn speed(&self, own: &[R], speed: R, motion: &Motion<R>) -> R {
+                match self { $(Self::$Type(effect) => effect.speed(own, speed, motion),)* Self::Own(users) => users.0.speed(own, speed, motion) }
+            }
+            #[inline(always)]
+            fn follow(&self, own: &[R], speed: R, motion: &Motion<R>, slope: &mut [R]) {
+                match self { $(Self::$Type(effect) => effect.follow(own, speed, motion, slope),)* Self::Own(users) => users.0.follow(own, speed, motion, slope) }
             }
             #[inline(always)]
             fn sticks(&self) -> bool {
@@ -123,8 +127,8 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.supply(own, supply),)* Self::Own(users) => users.0.supply(own, supply) }
             }
             #[inline(always)]
-            fn drawn(&self, own: &[R], flow: R) -> R {
-                match self { $(Self::$Type(effect) => effect.drawn(own, flow),)* Self::Own(users) => users.0.drawn(own, flow) }
+            fn drawn(&self, own: &[R], flow: R, slope: &mut [R]) {
+                match self { $(Self::$Type(effect) => effect.drawn(own, flow, slope),)* Self::Own(users) => users.0.drawn(own, flow, slope) }
             }
             #[inline(always)]
             fn delivered(&self, flow: R, moment: &Moment<R>) -> R {
@@ -155,6 +159,7 @@ macro_rules! catalogue {
 }
 
 mod asymmetric_gain;
+mod command_hum;
 mod command_lag;
 mod compressibility;
 mod dc_gain;
@@ -178,6 +183,7 @@ mod sensor_drift;
 mod sensor_lag;
 mod sensor_offset;
 mod slew_limit;
+mod spool_resonance;
 mod stroke_limit;
 mod supply_droop;
 mod viscosity_drift;
@@ -189,8 +195,11 @@ catalogue! {
     null_bias::NullBias,
     hysteresis::Hysteresis,
     command_lag::CommandLag,
+    command_hum::CommandHum,
     feed_forward::FeedForward,
     slew_limit::SlewLimit,
+    spool_resonance::SpoolResonance,
+    spool_resonance::SpoolResonanceBehindLag = LAGGED,
     flow_force::FlowForce,
     friction::Friction,
     stroke_limit::StrokeLimit,
@@ -211,14 +220,17 @@ catalogue! {
     friction::FrictionBehind = BEHIND,
     slew_limit::SlewLimitBehind = BEHIND,
     stroke_limit::StrokeLimitBehind = BEHIND,
+    stroke_limit::StrokeLimitOfSides = SIDES,
     stroke_limit::StrokeLimitOfCommand = COMMAND,
     stroke_limit::StrokeLimitElastic = ELASTIC,
     stroke_limit::StrokeLimitClipped = CLIPPED,
     slew_limit::SlewLimitRounded = ROUNDED,
     slew_limit::SlewLimitTanh = TANH,
     slew_limit::SlewLimitOfPilot = PILOT,
+    slew_limit::SlewLimitOfSides = SIDES,
     slew_limit::SlewLimitOfCommand = COMMAND,
     command_lag::CommandLagOfSecondOrder = SECOND_ORDER,
+    null_bias::NullBiasSettling = SETTLING,
     hysteresis::HysteresisOfFeedback = FEEDBACK,
     overlap::OverlapRounded = ROUNDED,
     overlap::OverlapOfEdges = EDGES,

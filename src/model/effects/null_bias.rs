@@ -1,7 +1,8 @@
 //! The command is shifted.
 
 use super::host;
-use super::{Act, Entry, Port};
+use super::sensor_drift::settling_time;
+use super::{Act, Entry, Port, Stage};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -52,9 +53,74 @@ impl<R: Real> Act<R> for NullBias<R> {
     }
 }
 
+pub(super) const SETTLING: Entry = Entry {
+    name: "null_bias~settling",
+    summary: "The valve's null moves as the valve warms up, and comes to rest",
+    finding: "the valve answers as if {null_shift} came to its command, with a time constant of {null_settling_time}",
+    equation: "sat(u + null_shift (1 - exp(-t / null_settling_time)) - x, S)",
+    shows: "a spool and a flow that move away together in a curve that levels off",
+    confused: "sensor_drift~settling, with which the flow stays; null_bias, which is there from the beginning",
+    source: "null shift with temperature: ISO 10770-1; first-order heating of a body",
+    parameters: |scale, _| {
+        let most = 0.3 * scale.command;
+        vec![
+            Parameter::linear("null_shift", &scale.command_unit, -most, 0.0, most),
+            settling_time("null_settling_time", scale),
+        ]
+    },
+    trials: |scale, _| {
+        let amount = 0.02 * scale.command;
+        [0.3, 0.8]
+            .map(|share| vec![amount, share * scale.length])
+            .to_vec()
+    },
+    applies: host::moves_a_spool,
+    ..ENTRY
+};
+
+/// The null moves as the valve warms up.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct NullBiasSettling<R> {
+    amount: R,
+    time: R,
+}
+
+impl<R: Real> NullBiasSettling<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            amount: next(),
+            time: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for NullBiasSettling<R> {
+    fn acts_on_the_reference(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
+        let (settled, _) = (stage.time / self.time).caught_up();
+        command + self.amount * settled
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_shift_comes_to_rest() {
+        let mut values = [0.4, 2.0].into_iter();
+        let effect: NullBiasSettling<f64> = NullBiasSettling::new(|| values.next().unwrap());
+        for (time, shifted) in [(0.0, 0.0), (2.0, 0.4 * (1.0 - (-1.0f64).exp())), (1e3, 0.4)] {
+            let stage = Stage::first(1.0, time);
+            let found = effect.reference(&[], 1.0, 0.0, &stage);
+            assert!((found - 1.0 - shifted).abs() < 2e-5, "{time}: {found}");
+        }
+    }
 
     #[test]
     fn the_command_is_shifted() {

@@ -6,7 +6,12 @@ use super::{entry, host};
 use crate::model::{Output, Parameter, Real};
 
 /// A frequency below `nyquist` times the one up to which rows tell it from a lower one.
-fn frequency(name: &str, scale: &Scale, output: Option<Output>, nyquist: f64) -> Parameter {
+pub(super) fn frequency(
+    name: &str,
+    scale: &Scale,
+    output: Option<Output>,
+    nyquist: f64,
+) -> Parameter {
     Parameter::log(
         &entry::on(name, output),
         "Hz",
@@ -29,7 +34,7 @@ pub(super) const ENTRY: Entry = Entry {
     finding: "a hum of {disturbance_frequency} is added to the measured {output}",
     equation: "y + a sin(2 pi f t) + b cos(2 pi f t)",
     shows: "a line in the residual's spectrum that has nothing to do with the command, and goes on at rest",
-    confused: "line_resonance, which rings only when the valve moves",
+    confused: "line_resonance, which rings only when the valve moves; command_hum, which the spool and its flow follow",
     source: "pump ripple at pistons times speed; mains at 50 or 60 Hz",
     parameters: |scale, output| {
         vec![

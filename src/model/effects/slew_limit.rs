@@ -62,7 +62,7 @@ impl<R: Real> Act<R> for SlewLimit<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
         speed.clamp(-self.limit, self.limit)
     }
 
@@ -113,7 +113,7 @@ impl<R: Real> Act<R> for SlewLimitBehind<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
         speed.clamp(-self.limit, self.limit)
     }
 }
@@ -170,7 +170,7 @@ impl<R: Real> Act<R> for SlewLimitRounded<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
         let one = R::constant(1.0);
         let asked = speed * (one + self.rounding * self.rounding).sqrt();
         let bend = self.limit * self.rounding;
@@ -215,7 +215,7 @@ impl<R: Real> Act<R> for SlewLimitTanh<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, _motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
         let two = R::constant(2.0);
         // Of a half of |v| / R, doubled twice: d = 1 - e^(-2 |v| / R), and the tangent exact to 1e-7 of R.
         let (quarter, _) = (R::constant(0.5) * speed.abs() / self.limit).caught_up();
@@ -263,14 +263,75 @@ impl<R: Real> Act<R> for SlewLimitOfPilot<R> {
     }
 
     #[inline(always)]
-    fn drive(&self, drive: R, motion: &Motion<R>) -> R {
+    fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
         // The lag follows what drives it and not the spool: z = x + T v leads by what the curve takes from v.
-        drive - (motion.speed - self.speed(motion.speed, motion))
+        drive - (motion.speed - self.speed(own, motion.speed, motion))
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
-        self.flow.speed(speed, motion)
+    fn speed(&self, own: &[R], speed: R, motion: &Motion<R>) -> R {
+        self.flow.speed(own, speed, motion)
+    }
+}
+
+pub(super) const SIDES: Entry = Entry {
+    name: "slew_limit~sides",
+    summary: "The spool's speed is the flow of a pilot stage, which is limited to either side, to one more than to the other",
+    finding: "the spool moves no faster than {slew_limit_up} upwards and {slew_limit_down} downwards",
+    equation: "T dv/dt = K sat(u - x, S) - v, dx/dt = max(-slew_limit_down, min(v, slew_limit_up))",
+    shows: "steps that are slower one way than the other, whatever their size, once they are large",
+    confused: "slew_limit and slew_limit~pilot, which are the same to both sides; asymmetric_gain, which the flow alone shows",
+    source: "pilot flow saturation of a spool with unequal areas, or with a spring on one side; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        ["slew_limit_up", "slew_limit_down"]
+            .map(|name| limit(name, scale))
+            .to_vec()
+    },
+    trials: |scale, _| {
+        let shares = [[0.5, 1.0], [1.0, 0.5], [0.25, 0.8], [0.8, 0.25]];
+        shares
+            .map(|sides| sides.map(|share| share * scale.speed).to_vec())
+            .to_vec()
+    },
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::Time,
+        Values::Given(&[140.0, 200.0]),
+    )),
+    ..ENTRY
+};
+
+/// The spool's speed is limited to either side behind the pilot stage's state.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitOfSides<R> {
+    up: R,
+    down: R,
+}
+
+impl<R: Real> SlewLimitOfSides<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            up: next(),
+            down: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitOfSides<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
+        // As of SlewLimitOfPilot: the lag follows what drives it and not the spool.
+        drive - (motion.speed - self.speed(own, motion.speed, motion))
+    }
+
+    #[inline(always)]
+    fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
+        speed.clamp(-self.down, self.up)
     }
 }
 
@@ -376,7 +437,7 @@ mod tests {
         let mut own = [0.0];
         let held = |command, since| Stage {
             since,
-            ..Stage::first(command)
+            ..Stage::first(command, 0.0)
         };
         let mut step = |ramp: &SlewLimitOfCommand<f64>, command| {
             ramp.remember(&mut own, command, 0.0, &held(command, 1e-3));
@@ -395,7 +456,7 @@ mod tests {
         // A ramp of 0.1 meets a command that falls from 0.05 above it by 0.2, after a sixth of the step.
         let falls = Stage {
             since: 1e-3,
-            ..Stage::first(1.05)
+            ..Stage::first(1.05, 0.0)
         };
         let found = slow.reference(&[1.0], 0.85, 0.0, &falls);
         assert!(
@@ -409,7 +470,7 @@ mod tests {
         let mut values = [100.0].into_iter();
         let effect: SlewLimit<f64> = SlewLimit::new(|| values.next().unwrap());
         assert_eq!(
-            [-150.0, 50.0].map(|v| effect.speed(v, &START)),
+            [-150.0, 50.0].map(|v| effect.speed(&[], v, &START)),
             [-100.0, 50.0]
         );
         let (lead, spool) = effect.end_step(&mut [], 2.0, 1.0, 0.0, &START, 1e-4);
@@ -425,7 +486,7 @@ mod tests {
         let mut values = [100.0].into_iter();
         let effect: SlewLimitTanh<f64> = SlewLimitTanh::new(|| values.next().unwrap());
         for v in [-1e6, -300.0, -80.0, -1e-3, 0.0, 5.0, 60.0, 170.0, 1e9] {
-            let off = effect.speed(v, &START) - 100.0 * f64::tanh(v / 100.0);
+            let off = effect.speed(&[], v, &START) - 100.0 * f64::tanh(v / 100.0);
             assert!(off.abs() < 1e-5, "{v}: {off:e}");
         }
     }
@@ -434,7 +495,7 @@ mod tests {
     fn a_rounded_limit_bends_from_no_loss_to_the_limit() {
         let at = |rounding: f64, speed: f64| {
             let mut values = [100.0, rounding].into_iter();
-            SlewLimitRounded::new(|| values.next().unwrap()).speed(speed, &START)
+            SlewLimitRounded::new(|| values.next().unwrap()).speed(&[], speed, &START)
         };
         for rounding in [0.05, 0.75, 10.0] {
             assert!((at(rounding, 1e-3) / 1e-3 - 1.0).abs() < 1e-6);
@@ -459,11 +520,26 @@ mod tests {
         let effect: SlewLimitOfPilot<f64> = SlewLimitOfPilot::new(|| values.next().unwrap());
         for speed in [-500.0, 20.0, 130.0] {
             let motion = Motion { speed, ..START };
-            let spool = effect.speed(speed, &motion);
-            let lead = effect.drive(40.0, &motion);
+            let spool = effect.speed(&[], speed, &motion);
+            let lead = effect.drive(&[], 40.0, &motion);
             assert!((lead - spool - (40.0 - speed)).abs() < 1e-9);
             assert!((spool - speed.clamp(-100.0, 100.0)).abs() < 1.0, "{spool}");
         }
+    }
+
+    #[test]
+    fn either_side_may_have_a_limit_of_its_own() {
+        let mut values = [100.0, 40.0].into_iter();
+        let effect: SlewLimitOfSides<f64> = SlewLimitOfSides::new(|| values.next().unwrap());
+        assert_eq!(
+            [-150.0, 50.0, 150.0].map(|v| effect.speed(&[], v, &START)),
+            [-40.0, 50.0, 100.0]
+        );
+        let fast = Motion {
+            speed: 150.0,
+            ..START
+        };
+        assert_eq!(effect.drive(&[], 80.0, &fast), 30.0);
     }
 
     #[test]
@@ -471,7 +547,7 @@ mod tests {
         let mut values = [100.0].into_iter();
         let effect: SlewLimitBehind<f64> = SlewLimitBehind::new(|| values.next().unwrap());
         assert_eq!(
-            [-150.0, 50.0].map(|v| effect.speed(v, &START)),
+            [-150.0, 50.0].map(|v| effect.speed(&[], v, &START)),
             [-100.0, 50.0]
         );
         assert_eq!(

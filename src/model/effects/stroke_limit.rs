@@ -36,16 +36,21 @@ pub(super) const ENTRY: Entry = Entry {
     frequency: None,
 };
 
-/// The spool stops at the end of its stroke.
+/// The spool stops at the ends of its stroke.
 #[derive(Debug, Clone)]
 pub(in crate::model) struct StrokeLimit<R> {
-    limit: R,
+    bottom: R,
+    top: R,
 }
 
 impl<R: Real> StrokeLimit<R> {
     #[inline(always)]
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self { limit: next() }
+        let limit = next();
+        Self {
+            bottom: -limit,
+            top: limit,
+        }
     }
 }
 
@@ -56,7 +61,7 @@ impl<R: Real> Act<R> for StrokeLimit<R> {
 
     #[inline(always)]
     fn place(&self, spool: R, _speed: R) -> R {
-        spool.clamp(-self.limit, self.limit)
+        spool.clamp(self.bottom, self.top)
     }
 
     #[inline(always)]
@@ -71,14 +76,14 @@ impl<R: Real> Act<R> for StrokeLimit<R> {
     ) -> (R, R) {
         // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back.
         let zero = R::constant(0.0);
-        let (above, below) = (spool - self.limit, -self.limit - spool);
+        let (above, below) = (spool - self.top, self.bottom - spool);
         let moved = spool - start.spool;
         let one = R::constant(1.0);
         let since_top = step * (above / moved).clamp(zero, one);
         let since_bottom = step * (-below / moved).clamp(zero, one);
         let lag = start.time_constant;
-        let top = pulled_back(self.limit, drive.min(zero), since_top, lag);
-        let bottom = pulled_back(-self.limit, drive.max(zero), since_bottom, lag);
+        let top = pulled_back(self.top, drive.min(zero), since_top, lag);
+        let bottom = pulled_back(self.bottom, drive.max(zero), since_bottom, lag);
         (
             above.if_positive(top.0, below.if_positive(bottom.0, lead)),
             above.if_positive(top.1, below.if_positive(bottom.1, spool)),
@@ -92,6 +97,68 @@ fn pulled_back<R: Real>(end: R, drive: R, seconds: R, time_constant: R) -> (R, R
     let ahead = drive * seconds;
     let spool = end + R::constant(0.5) * ahead * seconds / time_constant;
     (spool + ahead, spool)
+}
+
+pub(super) const SIDES: Entry = Entry {
+    name: "stroke_limit~sides",
+    summary: "The spool stops at either end of its stroke, at one sooner than at the other",
+    finding: "the spool stops at {stroke_limit_top} on its positive side and {stroke_limit_bottom} on its negative one",
+    equation: "-stroke_limit_bottom <= x <= stroke_limit_top, dx/dt = 0 at the stop",
+    shows: "flat tops at large openings to one side, or sooner to that than to the other",
+    confused: "stroke_limit, whose ends are equally far from null; null_bias, which small openings show as well",
+    source: "mechanical end stops; a stroke limiter that is set on one side",
+    parameters: |scale, _| {
+        ["stroke_limit_top", "stroke_limit_bottom"]
+            .map(|name| limit(name, scale))
+            .to_vec()
+    },
+    trials: |scale, _| {
+        let near = [0.9, 0.75, 0.6, 0.4].map(|share| share * scale.command);
+        let far = 10.0 * scale.command;
+        near.iter()
+            .flat_map(|&near| [vec![near, far], vec![far, near]])
+            .collect()
+    },
+    ..ENTRY
+};
+
+/// The spool stops at either end of its stroke.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct StrokeLimitOfSides<R>(StrokeLimit<R>);
+
+impl<R: Real> StrokeLimitOfSides<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        let (top, bottom) = (next(), next());
+        Self(StrokeLimit {
+            bottom: -bottom,
+            top,
+        })
+    }
+}
+
+impl<R: Real> Act<R> for StrokeLimitOfSides<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn place(&self, spool: R, speed: R) -> R {
+        self.0.place(spool, speed)
+    }
+
+    #[inline(always)]
+    fn end_step(
+        &self,
+        own: &mut [R],
+        lead: R,
+        spool: R,
+        drive: R,
+        start: &Motion<R>,
+        step: R,
+    ) -> (R, R) {
+        self.0.end_step(own, lead, spool, drive, start, step)
+    }
 }
 
 pub(super) const BEHIND: Entry = Entry {
@@ -125,7 +192,7 @@ impl<R: Real> Act<R> for StrokeLimitBehind<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, motion: &Motion<R>) -> R {
         // Held is what stands exactly at the end: what passes it within a step is put there when that ends.
         let zero = R::constant(0.0);
         let [above, below] = [motion.spool - self.limit, -self.limit - motion.spool];
@@ -273,7 +340,7 @@ impl<R: Real> Act<R> for StrokeLimitElastic<R> {
     }
 
     #[inline(always)]
-    fn speed(&self, speed: R, motion: &Motion<R>) -> R {
+    fn speed(&self, _own: &[R], speed: R, motion: &Motion<R>) -> R {
         let beyond = motion.spool - motion.spool.clamp(-self.limit, self.limit);
         speed - self.stiffness * beyond
     }
@@ -326,7 +393,7 @@ mod tests {
     fn an_elastic_stop_pushes_back_from_beyond_it() {
         let mut values = [1.5, 200.0].into_iter();
         let effect: StrokeLimitElastic<f64> = StrokeLimitElastic::new(|| values.next().unwrap());
-        let speed = |spool| effect.speed(50.0, &at(spool));
+        let speed = |spool| effect.speed(&[], 50.0, &at(spool));
         assert_eq!([1.0, 2.0, -2.0].map(speed), [50.0, -50.0, 150.0]);
     }
 
@@ -348,7 +415,7 @@ mod tests {
     fn behind_the_integrator_it_stops_the_spool_alone() {
         let mut values = [1.5].into_iter();
         let effect: StrokeLimitBehind<f64> = StrokeLimitBehind::new(|| values.next().unwrap());
-        let speed = |speed, spool| effect.speed(speed, &at(spool));
+        let speed = |speed, spool| effect.speed(&[], speed, &at(spool));
         assert_eq!(
             [speed(50.0, 1.5), speed(-50.0, 1.5), speed(50.0, 1.4)],
             [0.0, -50.0, 50.0]

@@ -83,8 +83,8 @@ impl<R: Real> Act<R> for SupplyDroop<R> {
     }
 
     #[inline(always)]
-    fn drawn(&self, own: &[R], flow: R) -> R {
-        (flow.abs() - own[0]) / self.lag
+    fn drawn(&self, own: &[R], flow: R, slope: &mut [R]) {
+        slope[0] = (flow.abs() - own[0]) / self.lag;
     }
 
     #[inline(always)]
@@ -143,8 +143,8 @@ impl<R: Real> Act<R> for SupplyDroopTurbulent<R> {
     }
 
     #[inline(always)]
-    fn drawn(&self, own: &[R], flow: R) -> R {
-        self.felt.drawn(own, flow)
+    fn drawn(&self, own: &[R], flow: R, slope: &mut [R]) {
+        self.felt.drawn(own, flow, slope);
     }
 
     #[inline(always)]
@@ -174,7 +174,12 @@ mod tests {
         let mut own = [0.0];
         effect.settled_supply(&mut own, -40.0);
         assert_eq!(effect.supply(&own, 10.0), 8.0);
-        assert_eq!(effect.drawn(&own, -40.0), 0.0);
-        assert!((effect.drawn(&own, 20.0) + 1000.0).abs() < 1e-9);
+        let rate = |flow| {
+            let mut slope = [0.0];
+            effect.drawn(&own, flow, &mut slope);
+            slope[0]
+        };
+        assert_eq!(rate(-40.0), 0.0);
+        assert!((rate(20.0) + 1000.0).abs() < 1e-9);
     }
 }

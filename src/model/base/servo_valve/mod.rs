@@ -360,7 +360,11 @@ impl<R: Real> ServoValveEquations<R> {
                     // What is fed forward of the motion knows no flow force: that follows from where the spool is put.
                     Some(actuator) => {
                         let speed = actuator.speed(state[INTEGRATOR], state[SPOOL]);
-                        ports.speed(speed, &motion(actuator, state[SPOOL], speed, zero, zero))
+                        ports.speed(
+                            state,
+                            speed,
+                            &motion(actuator, state[SPOOL], speed, zero, zero),
+                        )
                     }
                     None => zero,
                 };
@@ -456,7 +460,7 @@ impl<R: Real> ServoValveEquations<R> {
         // Where something pulls behind the integrator, that leads by as much.
         let zero = R::constant(0.0);
         let load = self.load(&self.path(ports, state, input, true));
-        let pulled = ports.speed(zero, &motion(actuator, spool, zero, load, zero));
+        let pulled = ports.speed(state, zero, &motion(actuator, spool, zero, load, zero));
         state[INTEGRATOR] = spool - actuator.time_constant() * pulled;
     }
 
@@ -477,11 +481,11 @@ impl<R: Real> ServoValveEquations<R> {
                 (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
                 ports.settled_spool(state, spool);
                 let path = self.path(ports, state, input, true);
-                let stage = Stage::first(input.command);
+                let stage = Stage::first(input.command, input.time);
                 let reference = ports.reference(state, input.command, spool, &stage);
                 let (drive, _) = actuator.derivative(spool, spool, reference);
                 let motion = motion(actuator, spool, zero, self.load(&path), zero);
-                ports.drive(drive, &motion) / actuator.gain()
+                ports.drive(state, drive, &motion) / actuator.gain()
             },
         )
     }
@@ -588,8 +592,8 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                     };
                     let motion = motion(actuator, state[SPOOL], speed, load, stage.slip_direction);
                     let drive = ports.corrected_drive(drive, actuator.gain(), state[SPOOL], speed);
-                    slope[INTEGRATOR] = ports.drive(drive, &motion);
-                    slope[SPOOL] = ports.speed(speed, &motion);
+                    slope[INTEGRATOR] = ports.drive(state, drive, &motion);
+                    slope[SPOOL] = ports.followed(state, speed, &motion, slope);
                 }
                 if let Some(path) = &path {
                     if let Some(speed) = self.piston_speed {
@@ -660,7 +664,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 #[inline(always)]
                 || {
                     let load = self.load_that_is_felt(ports, state, input);
-                    let stage = Stage::first(input.command);
+                    let stage = Stage::first(input.command, input.time);
                     let (drive, speed) = rates(ports, actuator, state, input, &stage);
                     let motion = motion(actuator, state[SPOOL], speed, load, zero);
                     ports.slip_direction(state, drive, motion)
@@ -690,9 +694,15 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         let stage = Stage {
             since: step,
             slip_direction,
-            command: start.command,
+            ..Stage::first(start.command, start.time)
         };
-        let (_, speed) = rates(ports, actuator, before, start, &Stage::first(start.command));
+        let (_, speed) = rates(
+            ports,
+            actuator,
+            before,
+            start,
+            &Stage::first(start.command, start.time),
+        );
         let (drive, _) = rates(ports, actuator, state, end, &stage);
         let earlier = self.load_that_is_felt(ports, before, start);
         let later = self.load_that_is_felt(ports, state, end);

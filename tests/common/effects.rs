@@ -134,7 +134,8 @@ pub(crate) fn plant(parameters: &mut [Parameter], effect: Effect, scale: &Scale,
 }
 
 /// What a trial leaves absent, or too small to compare anything with.
-const AUDIBLE: [(&str, f64); 20] = [
+const AUDIBLE: [(&str, f64); 21] = [
+    ("stroke_limit_bottom", 1.5),
     ("stiction", 0.3),
     ("stribeck_speed", 10.0),
     ("disturbance_sine_spool", 1.0),

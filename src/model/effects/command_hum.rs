@@ -28,7 +28,7 @@ pub(super) const ENTRY: Entry = Entry {
         let line = Output::ALL
             .into_iter()
             .find_map(|output| scale.lines[output]);
-        let small = 1e-3 * scale.command;
+        let small = 5e-3 * scale.command;
         line.map(|frequency| vec![frequency, small, small])
             .into_iter()
             .collect()

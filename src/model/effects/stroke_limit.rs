@@ -113,7 +113,7 @@ pub(super) const SIDES: Entry = Entry {
             .to_vec()
     },
     trials: |scale, _| {
-        let near = [0.9, 0.75, 0.6, 0.4].map(|share| share * scale.command);
+        let near = [0.6, 0.9, 0.75, 0.4].map(|share| share * scale.command);
         let far = 10.0 * scale.command;
         near.iter()
             .flat_map(|&near| [vec![near, far], vec![far, near]])

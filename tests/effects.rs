@@ -98,7 +98,6 @@ fn the_catalogue_is_that_of_the_reference() {
         "slew_limit~windup",
         "slew_limit~sides",
         "slew_limit~command",
-        "hysteresis~bouc_wen",
         "hysteresis~feedback",
         "feedback_curvature",
         "friction~windup",
@@ -502,7 +501,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 66] = [
+const TWINS: [Twin; 65] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -590,11 +589,6 @@ const TWINS: [Twin; 66] = [
         "feedback_curvature=-0.8:square=0.3",
         "feedback_curvature",
         &[("feedback_cubic", -0.8), ("feedback_square", 0.3)],
-    ),
-    (
-        "hysteresis~bouc_wen=0.3:width=0.8",
-        "hysteresis~bouc_wen",
-        &[("hysteresis_bouc_wen", 0.3), ("hysteresis_travel", 0.8)],
     ),
     (
         "hysteresis~feedback=0.3",

@@ -64,71 +64,6 @@ impl<R: Real> Act<R> for Hysteresis<R> {
     }
 }
 
-pub(super) const BOUC_WEN: Entry = Entry {
-    name: "hysteresis~bouc_wen",
-    summary: "The command acts through a loop whose branches leave each reversal in a curve: magnetic hysteresis",
-    finding: "the command acts through a hysteresis of ±{hysteresis_bouc_wen}, whose branches close over {hysteresis_travel}",
-    equation: "y = u - b h, dh/du = (1 - |h| (1 + sign(h du)) / 2) / w; b = hysteresis_bouc_wen, w = hysteresis_travel",
-    shows: "a loop of constant width at any speed, with round corners where the command turns",
-    confused: "hysteresis, whose corners are sharp; friction, whose error grows when the spool moves slowly",
-    source: "Bouc-Wen law with A = 1 / w, beta = gamma = 1 / 2w, n = 1: Ikhouane and Rodellar, Systems with Hysteresis, 2007; the iron \
-             of a torque motor",
-    parameters: |scale, _| {
-        let (unit, full) = (&scale.command_unit, scale.command);
-        vec![
-            Parameter::linear("hysteresis_bouc_wen", unit, 0.0, 0.0, 0.2 * full),
-            Parameter::log("hysteresis_travel", unit, 1e-3 * full, 0.03 * full, full),
-        ]
-    },
-    trials: |scale, _| {
-        [[0.003, 0.01], [0.012, 0.03], [0.04, 0.1]]
-            .map(|shares| shares.map(|share| share * scale.command).to_vec())
-            .to_vec()
-    },
-    states: &["command_before", "magnetisation"],
-    ..ENTRY
-};
-
-/// The command acts through a loop with round corners.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct HysteresisOfBoucWen<R> {
-    width: R,
-    travel: R,
-}
-
-impl<R: Real> HysteresisOfBoucWen<R> {
-    #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            width: next(),
-            travel: next(),
-        }
-    }
-}
-
-impl<R: Real> Act<R> for HysteresisOfBoucWen<R> {
-    /// Exact for a command that has gone straight here: in its direction the loop first falls to zero, then closes.
-    #[inline(always)]
-    fn command(&self, own: &mut [R], command: R) -> R {
-        let moved = command - own[0];
-        let way = moved.abs() / self.travel;
-        let along = moved.if_positive(own[1], -own[1]);
-        let falls = (-along).clamp(R::constant(0.0), way);
-        let from = along + falls;
-        let (closed, _) = (way - falls).caught_up();
-        let reached = from + (R::constant(1.0) - from) * closed;
-        own[0] = command;
-        own[1] = moved.if_positive(reached, -reached);
-        command - self.width * own[1]
-    }
-
-    #[inline(always)]
-    fn settled(&self, own: &mut [R], value: R) {
-        own[0] = value;
-        own[1] = R::constant(0.0);
-    }
-}
-
 pub(super) const FEEDBACK: Entry = Entry {
     name: "hysteresis~feedback",
     port: Port::Actuator,
@@ -211,29 +146,6 @@ mod tests {
         // No error is seen where the spool is ahead of its command by the half-width, on the way up and on the way down.
         assert_eq!([error(2.0, 2.5), error(1.0, 0.5)], [0.0, 0.0]);
         assert_eq!(error(2.0, 1.0), 1.0);
-    }
-
-    #[test]
-    fn a_loop_of_bouc_and_wen_does_as_its_equation_says() {
-        let (width, travel) = (0.5, 0.8);
-        let mut values = [width, travel].into_iter();
-        let effect: HysteresisOfBoucWen<f64> = HysteresisOfBoucWen::new(|| values.next().unwrap());
-        let mut own = [0.0; 2];
-        effect.settled(&mut own, 1.0);
-        let (mut before, mut h) = (1.0, 0.0f64);
-        for command in [1.0, 3.0, 2.9, 1.5, -4.0, -3.7, -3.9, 0.0] {
-            let step = (command - before) / 100_000.0;
-            for _ in 0..100_000 {
-                let with = if h * step > 0.0 { 1.0 } else { 0.0 };
-                h += step * (1.0 - h.abs() * with) / travel;
-            }
-            before = command;
-            let found = effect.command(&mut own, command);
-            assert!(
-                (found - (command - width * h)).abs() < 1e-4,
-                "{command}: {found} {h}"
-            );
-        }
     }
 
     #[test]

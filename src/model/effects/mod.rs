@@ -231,7 +231,6 @@ catalogue! {
     slew_limit::SlewLimitOfSides = SIDES,
     slew_limit::SlewLimitOfCommand = COMMAND,
     command_lag::CommandLagOfSecondOrder = SECOND_ORDER,
-    hysteresis::HysteresisOfBoucWen = BOUC_WEN,
     hysteresis::HysteresisOfFeedback = FEEDBACK,
     overlap::OverlapRounded = ROUNDED,
     overlap::OverlapOfEdges = EDGES,

@@ -1,7 +1,7 @@
 //! Something periodic is added to the command.
 
 use super::host;
-use super::periodic_disturbance::frequency;
+use super::periodic_disturbance::{Oscillation, frequency};
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port, Stage};
 use crate::model::{Output, Parameter, Real};
@@ -48,20 +48,12 @@ pub(super) const ENTRY: Entry = Entry {
 
 /// A hum is added to the command.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct CommandHum<R> {
-    frequency: R,
-    sine: R,
-    cosine: R,
-}
+pub(in crate::model) struct CommandHum<R>(Oscillation<R>);
 
 impl<R: Real> CommandHum<R> {
     #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            frequency: next(),
-            sine: next(),
-            cosine: next(),
-        }
+    pub(super) fn new(next: impl FnMut() -> R) -> Self {
+        Self(Oscillation::new(next))
     }
 }
 
@@ -82,10 +74,7 @@ impl<R: Real> Act<R> for CommandHum<R> {
 
     #[inline(always)]
     fn reference(&self, own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
-        let turns = self.frequency * (stage.time + since_row(own, stage));
-        let sine = turns.sine_of_turns();
-        let cosine = (turns + R::constant(0.25)).sine_of_turns();
-        command + (self.sine * sine + self.cosine * cosine)
+        command + self.0.at(stage.time + since_row(own, stage))
     }
 
     #[inline(always)]

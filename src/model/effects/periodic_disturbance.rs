@@ -63,15 +63,15 @@ pub(super) const ENTRY: Entry = Entry {
     frequency: Some("disturbance_frequency"),
 };
 
-/// Mains hum, pump ripple or vibration is added to the measurement.
+/// a sin(2π f t) + b cos(2π f t), f in Hz.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct PeriodicDisturbance<R> {
+pub(super) struct Oscillation<R> {
     frequency: R,
     sine: R,
     cosine: R,
 }
 
-impl<R: Real> PeriodicDisturbance<R> {
+impl<R: Real> Oscillation<R> {
     #[inline(always)]
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
         Self {
@@ -80,15 +80,32 @@ impl<R: Real> PeriodicDisturbance<R> {
             cosine: next(),
         }
     }
+
+    /// Its value at a `time`, s.
+    #[inline(always)]
+    pub(super) fn at(&self, time: R) -> R {
+        let turns = self.frequency * time;
+        let sine = turns.sine_of_turns();
+        let cosine = (turns + R::constant(0.25)).sine_of_turns();
+        self.sine * sine + self.cosine * cosine
+    }
+}
+
+/// Mains hum, pump ripple or vibration is added to the measurement.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct PeriodicDisturbance<R>(Oscillation<R>);
+
+impl<R: Real> PeriodicDisturbance<R> {
+    #[inline(always)]
+    pub(super) fn new(next: impl FnMut() -> R) -> Self {
+        Self(Oscillation::new(next))
+    }
 }
 
 impl<R: Real> Act<R> for PeriodicDisturbance<R> {
     #[inline(always)]
     fn measure(&self, _own: &[R], value: R, moment: &Moment<R>) -> R {
-        let turns = self.frequency * moment.time;
-        let sine = turns.sine_of_turns();
-        let cosine = (turns + R::constant(0.25)).sine_of_turns();
-        value + (self.sine * sine + self.cosine * cosine)
+        value + self.0.at(moment.time)
     }
 }
 
@@ -123,15 +140,15 @@ pub(super) const OVERTONE: Entry = Entry {
 /// Pump ripple is added to the measurement, with an overtone.
 #[derive(Debug, Clone)]
 pub(in crate::model) struct PeriodicDisturbanceWithOvertone<R> {
-    tone: PeriodicDisturbance<R>,
-    overtone: PeriodicDisturbance<R>,
+    tone: Oscillation<R>,
+    overtone: Oscillation<R>,
 }
 
 impl<R: Real> PeriodicDisturbanceWithOvertone<R> {
     #[inline(always)]
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        let tone = PeriodicDisturbance::new(&mut next);
-        let overtone = PeriodicDisturbance {
+        let tone = Oscillation::new(&mut next);
+        let overtone = Oscillation {
             frequency: tone.frequency + tone.frequency,
             sine: next(),
             cosine: next(),
@@ -142,9 +159,8 @@ impl<R: Real> PeriodicDisturbanceWithOvertone<R> {
 
 impl<R: Real> Act<R> for PeriodicDisturbanceWithOvertone<R> {
     #[inline(always)]
-    fn measure(&self, own: &[R], value: R, moment: &Moment<R>) -> R {
-        let value = self.tone.measure(own, value, moment);
-        self.overtone.measure(own, value, moment)
+    fn measure(&self, _own: &[R], value: R, moment: &Moment<R>) -> R {
+        value + self.tone.at(moment.time) + self.overtone.at(moment.time)
     }
 }
 

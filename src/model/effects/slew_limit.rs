@@ -264,14 +264,20 @@ impl<R: Real> Act<R> for SlewLimitOfPilot<R> {
 
     #[inline(always)]
     fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
-        // The lag follows what drives it and not the spool: z = x + T v leads by what the curve takes from v.
-        drive - (motion.speed - self.speed(own, motion.speed, motion))
+        lag_alone(drive, motion, self.speed(own, motion.speed, motion))
     }
 
     #[inline(always)]
     fn speed(&self, own: &[R], speed: R, motion: &Motion<R>) -> R {
         self.flow.speed(own, speed, motion)
     }
+}
+
+/// The drive of a lag that follows it and not the spool, of which a curve makes this `speed`: z = x + T v leads by what that
+/// takes from v.
+#[inline(always)]
+fn lag_alone<R: Real>(drive: R, motion: &Motion<R>, speed: R) -> R {
+    drive - (motion.speed - speed)
 }
 
 pub(super) const SIDES: Entry = Entry {
@@ -325,8 +331,7 @@ impl<R: Real> Act<R> for SlewLimitOfSides<R> {
 
     #[inline(always)]
     fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
-        // As of SlewLimitOfPilot: the lag follows what drives it and not the spool.
-        drive - (motion.speed - self.speed(own, motion.speed, motion))
+        lag_alone(drive, motion, self.speed(own, motion.speed, motion))
     }
 
     #[inline(always)]

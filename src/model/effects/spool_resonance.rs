@@ -169,7 +169,7 @@ mod tests {
         load: 0.0,
     };
 
-    /// How far v is after each of `times`, s, of what `drives` it from rest: with steps of 1 us.
+    /// What v has come to from zero after each of `times`, s, at these `rates`: in steps of 1 us.
     fn course(times: &[f64], mut rates: impl FnMut(f64) -> f64) -> Vec<f64> {
         let (mut v, mut t, step) = (0.0, 0.0, 1e-6);
         let mut till = |time: f64| {

@@ -36,25 +36,32 @@ pub(super) const ENTRY: Entry = Entry {
     frequency: None,
 };
 
-/// The spool stops at the ends of its stroke.
+/// The spool stops at the ends of its stroke, which have a distance of their own to either side or one for both.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct StrokeLimit<R> {
+pub(in crate::model) struct Stops<R, const SIDES: bool> {
     bottom: R,
     top: R,
 }
 
-impl<R: Real> StrokeLimit<R> {
+/// The spool stops at the end of its stroke.
+pub(in crate::model) type StrokeLimit<R> = Stops<R, false>;
+
+/// The spool stops at either end of its stroke.
+pub(in crate::model) type StrokeLimitOfSides<R> = Stops<R, true>;
+
+impl<R: Real, const SIDES: bool> Stops<R, SIDES> {
     #[inline(always)]
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        let limit = next();
+        let top = next();
+        let bottom = if SIDES { next() } else { top };
         Self {
-            bottom: -limit,
-            top: limit,
+            bottom: -bottom,
+            top,
         }
     }
 }
 
-impl<R: Real> Act<R> for StrokeLimit<R> {
+impl<R: Real, const SIDES: bool> Act<R> for Stops<R, SIDES> {
     fn feels_load(&self) -> bool {
         false
     }
@@ -121,45 +128,6 @@ pub(super) const SIDES: Entry = Entry {
     },
     ..ENTRY
 };
-
-/// The spool stops at either end of its stroke.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct StrokeLimitOfSides<R>(StrokeLimit<R>);
-
-impl<R: Real> StrokeLimitOfSides<R> {
-    #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        let (top, bottom) = (next(), next());
-        Self(StrokeLimit {
-            bottom: -bottom,
-            top,
-        })
-    }
-}
-
-impl<R: Real> Act<R> for StrokeLimitOfSides<R> {
-    fn feels_load(&self) -> bool {
-        false
-    }
-
-    #[inline(always)]
-    fn place(&self, spool: R, speed: R) -> R {
-        self.0.place(spool, speed)
-    }
-
-    #[inline(always)]
-    fn end_step(
-        &self,
-        own: &mut [R],
-        lead: R,
-        spool: R,
-        drive: R,
-        start: &Motion<R>,
-        step: R,
-    ) -> (R, R) {
-        self.0.end_step(own, lead, spool, drive, start, step)
-    }
-}
 
 pub(super) const BEHIND: Entry = Entry {
     name: "stroke_limit~windup",

@@ -10,6 +10,7 @@ mod browser;
 mod card;
 mod ci;
 mod clocks;
+mod command_noise;
 mod commands;
 mod common;
 mod compare;

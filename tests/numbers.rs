@@ -134,6 +134,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
                 hold_out: vec![0],
             },
             clocks: vec![0.0],
+            command_noise: Vec::new(),
             answers_at_once: false,
         },
         hold_known: true,

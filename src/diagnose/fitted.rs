@@ -1,5 +1,6 @@
 //! A fitted model with everything that follows from it: what it gives in every row, its errors, and what it leaves.
 
+use super::command_noise::with_what_passes;
 use super::known::KnownRows;
 use super::measurements::{Measurements, starts};
 use super::simulation::{Compared, Errors, Sides, Trajectories, errors, residual};
@@ -107,11 +108,12 @@ impl Fitted {
         measurements: &Measurements,
         noise: &BTreeMap<String, Noise>,
     ) {
+        let noise = with_what_passes(self, measurements, noise.clone());
         let compared = self.beside(measurements).fit;
         let observed = self.problem.structure.observed.iter().copied();
         let (exact, tested): (Vec<Output>, Vec<Output>) =
             observed.partition(|&output| self.is_exact(output));
-        let mut rest = left_over(&compared, &tested, noise);
+        let mut rest = left_over(&compared, &tested, &noise);
         for (output, rest) in tested.iter().zip(&mut rest) {
             let noise = &noise[output.name()];
             let floor = noise.value.max(self.least_error(*output));
@@ -147,7 +149,8 @@ impl Fitted {
             let floor = noise_floor(rows, quiet);
             (output.name().to_owned(), floor)
         };
-        self.problem.structure.observed.iter().map(one).collect()
+        let noise = self.problem.structure.observed.iter().map(one);
+        with_what_passes(self, measurements, noise.collect())
     }
 
     /// Whether any channel's residual has structure.
@@ -295,6 +298,9 @@ fn together_left_over(
         let square = residual.iter().map(|e| e * e).sum::<f64>() / residual.len().max(1) as f64;
         if noise.is_resolution() && square.sqrt() < BEYOND * noise.value {
             *rest = Remaining::nothing();
+        }
+        if let Some(of_command) = &noise.of_command {
+            rest.leave_out(&of_command.shown);
         }
     }
     rest

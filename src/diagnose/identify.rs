@@ -2,6 +2,7 @@
 
 use super::attribution::{Added, Allowed, Attribution, Decision, Selection, excess, worth};
 use super::clocks::with_clocks_set;
+use super::command_noise::{with_quiet_commands, with_what_passes};
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
@@ -69,7 +70,8 @@ pub fn identify(
         return identify(later, evaluator, plan, options, progress);
     }
     if stage.goes_on()
-        && let Some(set) = with_clocks_set(&asked, &first)
+        && let Some(set) =
+            with_quiet_commands(&asked, &first).or_else(|| with_clocks_set(&asked, &first))
     {
         return identify(set, evaluator, plan, options, progress);
     }
@@ -134,8 +136,12 @@ pub fn identify(
     }
     result.evaluations = diagnosis.evaluations;
     // What was beside a strong effect when the base model was fitted may show now.
-    let later =
-        || with_run_in(&asked, &result.after).or_else(|| with_clocks_set(&asked, &result.after));
+    let later = || {
+        let after = &result.after;
+        with_run_in(&asked, after)
+            .or_else(|| with_quiet_commands(&asked, after))
+            .or_else(|| with_clocks_set(&asked, after))
+    };
     if diagnosis.stage.goes_on()
         && let Some(later) = later()
     {
@@ -269,6 +275,7 @@ impl<'d> Diagnosis<'d> {
             (after, free_form) = self.free_form(&base)?.unzip();
         }
         let after = after.unwrap_or_else(|| before.clone());
+        let noise = with_what_passes(&after, self.measurements, noise.clone());
         let located = match verdict {
             Verdict::Unexplained | Verdict::NotDiagnosed => located_before,
             Verdict::Partly => self.located(&after, &noise),
@@ -382,7 +389,8 @@ impl<'d> Diagnosis<'d> {
         let left = candidate.noise(self.measurements, false);
         criteria.swings = left.values().any(|noise| noise.swing.is_some());
         criteria.least_followed = least_followed(&candidate, base.noise);
-        criteria.least_ratio = self.least_ratio(&candidate, base.noise);
+        let noise = with_what_passes(&candidate, self.measurements, base.noise.clone());
+        criteria.least_ratio = self.least_ratio(&candidate, &noise);
         let named =
             |criteria: &Criteria| matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
         if named(criteria) {

@@ -86,6 +86,8 @@ pub struct Measurements {
     pub bench: Vec<String>,
     /// How records begin, where that is not as the model has it, in words.
     pub beginnings: Vec<String>,
+    /// The noise that the command of each fitted series had before it was smoothed; empty where none was.
+    pub command_noise: Vec<f64>,
     /// What the oil was at.
     pub conditions: Conditions,
     /// Whether what is fitted answers a jump of the command by the row that has it, as only one that is not held allows.
@@ -117,6 +119,7 @@ impl Measurements {
             is_static: records.iter().all(Record::is_static),
             bench: remarks(structure, records),
             beginnings: Vec::new(),
+            command_noise: Vec::new(),
             conditions: Conditions::of(&records.iter().chain(hold_out).collect::<Vec<_>>()),
             answers_at_once: false,
         };

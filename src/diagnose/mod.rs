@@ -2,6 +2,8 @@
 //!
 //! 1. *Noise floor*: from repeated commands, rests, or the residual's differences, and no less than the channel resolves; the
 //!    report says which, and whether those that there are agree. What is left within the resolution is no sign of an effect.
+//!    White noise of a measured command, of at most 0.5 % of its range, that the valve does not follow is smoothed away; what a
+//!    model makes of the rest of it counts as noise, and what that looks like as no sign of an effect.
 //! 2. *Is there structure?* The residual is tested against command, its powers, rate and direction, simulated spool, pressures,
 //!    time, lines in its spectrum, and its loudness, all against surrogates of the same colour, with one level for the family.
 //! 3. *Which effect?* The effects that were asked, those of the catalogue or one's own, are simulated at several values each,
@@ -23,13 +25,14 @@
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `clocks` puts records in phase
-//! that hum, `hold` tells what the command does between two rows or tries both ways, `evidence` is what models are judged by,
+//! that hum, `command_noise` smooths commands that were measured with noise, `hold` tells what the command does between two rows or tries both ways, `evidence` is what models are judged by,
 //! `unexcited` sets what the fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects,
 //! `verdict` decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the
 //! result. `statistics` knows none of them.
 
 mod attribution;
 mod clocks;
+mod command_noise;
 mod conditions;
 mod evidence;
 mod fitted;
@@ -73,7 +76,7 @@ pub use statistics::bootstrap::{
 };
 pub use statistics::compare::{Comparison, indistinguishable};
 pub use statistics::density::spectral_density;
-pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, Source, Swing, noise_floor};
+pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, OfCommand, Source, Swing, noise_floor};
 pub use statistics::residual::{Remaining, Residuals, remaining};
 pub use statistics::rows::coloured;
 pub use unexcited::{Sharpened, Unexcited};

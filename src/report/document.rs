@@ -212,10 +212,7 @@ impl Document {
                 .collect(),
             noise_sources: noise
                 .iter()
-                .map(|(channel, noise)| {
-                    let sources = noise.sources.iter().map(NoiseSource::from);
-                    (channel.clone(), sources.collect())
-                })
+                .map(|(channel, noise)| (channel.clone(), NoiseSource::all(noise)))
                 .collect(),
             not_identifiable: not_identifiable(&after.fit),
             parameters,

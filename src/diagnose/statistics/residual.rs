@@ -26,6 +26,8 @@ const FAMILIES: f64 = 4.0;
 /// it would change the residual's RMS by half a percent: a tenth of what the noise floor itself is known to, and a
 /// twentieth of the margin over it that a fit is given.
 const MATERIAL: f64 = 0.01;
+/// What shows by chance, of what is known to, varies by less than this factor of its share of the variance.
+const HARDLY: f64 = 2.0;
 /// Fewer rows show nothing.
 const FEWEST: usize = 128;
 
@@ -49,6 +51,15 @@ impl Remaining {
             correlates_with: Vec::new(),
             p_value: 1.0,
         }
+    }
+
+    /// Leaves out what is hardly stronger than the strongest of what is `known` to be shown: signals that are alike share it.
+    pub(in crate::diagnose) fn leave_out(&mut self, known: &[(String, f64)]) {
+        let squares = known.iter().map(|(_, strength)| strength.powi(2));
+        let least = MATERIAL + HARDLY * squares.fold(0.0, f64::max);
+        self.correlates_with
+            .retain(|(_, strength)| strength.powi(2) > least);
+        self.structured = !self.correlates_with.is_empty();
     }
 }
 

@@ -1,0 +1,364 @@
+//! Noise in a measured command, which the valve did not get: a model that is driven by it moves as the valve did not. It is
+//! smoothed, and what is left of it counts as noise of the channels.
+
+use super::fitted::{CHANCE, Fitted, left_over};
+use super::measurements::Measurements;
+use super::problem::IdentificationProblem;
+use super::simulation::{Compared, residual};
+use super::statistics::noise::{Noise, OfCommand};
+use crate::evaluate::problem::Series;
+use crate::evaluate::reference;
+use crate::model::Output;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::collections::BTreeMap;
+
+/// Orders of the differences that leave noise of a command, and nothing that is smooth.
+const ORDERS: [usize; 2] = [6, 8];
+/// Of white noise both say the same, up to this factor; of what is smooth the higher one says less.
+const WHITE: f64 = 1.25;
+/// What is more than this share of the command's range is commanded.
+const MOST: f64 = 0.005;
+/// Intervals between rows are even up to this share: a command that was taken at other times than noted is not smooth.
+const EVEN: f64 = 0.01;
+/// Rows to one side of a row that it is smoothed over, the fewest first.
+const REACH: [usize; 5] = [2, 4, 8, 16, 32];
+/// Estimates over more and more rows agree while their intervals of so many standard errors have something in common (Goldenshluger
+/// and Nemirovski 1997, intersection of confidence intervals).
+const AGREE: f64 = 2.0;
+/// What a model makes of the noise counts from this share of a channel's noise on.
+const COUNTS: f64 = 0.1;
+/// Standard error from which on the share of the noise that the valve got is not known. Most valves then get none of it: what a
+/// logger adds is seldom beside what a generator does.
+const UNKNOWN: f64 = 0.5;
+/// Valves that are simulated with noise of a command.
+const TWINS: usize = 3;
+
+/// `problem` with its noisy commands smoothed, where their noise counts in what `fitted` gives, and the measured valve does not
+/// show that it got the noise; otherwise `None`.
+pub(super) fn with_quiet_commands(
+    problem: &IdentificationProblem,
+    fitted: &Fitted,
+) -> Option<IdentificationProblem> {
+    let measurements = &problem.measurements;
+    if !measurements.command_noise.is_empty() {
+        return None;
+    }
+    let mut quiet = measurements.clone();
+    quiet.command_noise = quiet.fit.iter_mut().map(quieten).collect();
+    quiet.hold_out.iter_mut().for_each(|series| {
+        quieten(series);
+    });
+    let largest = quiet.command_noise.iter().copied().fold(0.0, f64::max);
+    (largest > 0.0 && is_of_the_logger(fitted, measurements, &quiet)).then(|| {
+        let unit = &problem.structure.command_unit;
+        quiet.beginnings.push(format!(
+            "the command was measured with noise of {largest:.3} {unit}, which the valve did not get: it is smoothed, and what a \
+             model makes of the rest counts as noise"
+        ));
+        IdentificationProblem {
+            measurements: quiet,
+            ..problem.clone()
+        }
+    })
+}
+
+/// Smooths the command of `series`, and says how much noise it had.
+fn quieten(series: &mut Series) -> f64 {
+    let command = commands(series);
+    let Some(noise) = noise_of(&command, &series.time) else {
+        return 0.0;
+    };
+    set_commands(series, &smoothed(&command, noise));
+    noise
+}
+
+fn commands(series: &Series) -> Vec<f64> {
+    let samples = series.samples.iter();
+    samples.map(|sample| sample.input.command).collect()
+}
+
+fn set_commands(series: &mut Series, values: &[f64]) {
+    for (sample, value) in series.samples.iter_mut().zip(values) {
+        sample.input.command = *value;
+    }
+}
+
+/// Whether the noise that the `quiet` commands lack counts in what `fitted` gives, and less than half of that was measured, or
+/// nobody knows how much: a slope of the residual over it, both from row to row, where what the model lacks is small.
+fn is_of_the_logger(fitted: &Fitted, measurements: &Measurements, quiet: &Measurements) -> bool {
+    let structure = &fitted.problem.structure;
+    let simulated = reference::trajectories(structure, &fitted.values, &quiet.fit);
+    let without = Compared::all(&measurements.fit, &simulated);
+    let with = fitted.beside(measurements).fit;
+    let noise = fitted.noise(measurements, false);
+    let mut counts = false;
+    let (mut information, mut slope) = (0.0, 0.0);
+    for &output in &structure.observed {
+        let left = residual(&with, output);
+        let made: Vec<f64> = residual(&without, output)
+            .iter()
+            .zip(&left)
+            .map(|(without, with)| without - with)
+            .collect();
+        counts |= root_mean_square(&made) > COUNTS * noise[output.name()].value;
+        let (left, made) = (steps(&left), steps(&made));
+        let variance = root_mean_square(&left).powi(2);
+        if variance > 0.0 {
+            information += product(&made, &made) / variance;
+            slope += product(&left, &made) / variance;
+        }
+    }
+    // 0 where the valve got the noise, −1 where it did not.
+    counts && (slope / information < -0.5 || information.sqrt().recip() > UNKNOWN)
+}
+
+fn steps(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|two| two[1] - two[0]).collect()
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    (product(values, values) / values.len().max(1) as f64).sqrt()
+}
+
+/// The `noise` of the channels that `fitted` observes, with what it makes of what is left of the noise of smoothed commands.
+pub(super) fn with_what_passes(
+    fitted: &Fitted,
+    measurements: &Measurements,
+    noise: BTreeMap<String, Noise>,
+) -> BTreeMap<String, Noise> {
+    if measurements.command_noise.is_empty() {
+        return noise;
+    }
+    let of_channel = |(name, noise): (String, Noise)| (name, noise.of_the_channel());
+    let mut noise: BTreeMap<String, Noise> = noise.into_iter().map(of_channel).collect();
+    let mut rng = ChaCha8Rng::seed_from_u64(CHANCE);
+    let twins = (0..TWINS).map(|_| twin(fitted, measurements, &noise, &mut rng));
+    let twins: Vec<Vec<OfCommand>> = twins.collect();
+    for (k, output) in fitted.problem.structure.observed.iter().enumerate() {
+        let of_twins: Vec<&OfCommand> = twins.iter().map(|twin| &twin[k]).collect();
+        let values: Vec<f64> = of_twins.iter().map(|one| one.value).collect();
+        let of_command = OfCommand {
+            value: root_mean_square(&values),
+            shown: of_twins.iter().flat_map(|one| one.shown.clone()).collect(),
+        };
+        let own = noise.remove(output.name()).expect("of the same channels");
+        noise.insert(output.name().into(), own.with(of_command));
+    }
+    noise
+}
+
+/// What the noise of the commands makes of each channel of a valve that is the model `fitted`, got the smoothed commands, and is
+/// measured with this `noise`.
+fn twin(
+    fitted: &Fitted,
+    measurements: &Measurements,
+    noise: &BTreeMap<String, Noise>,
+    rng: &mut ChaCha8Rng,
+) -> Vec<OfCommand> {
+    let mut normal = || Normal::standard().inverse_cdf(rng.random::<f64>());
+    let structure = &fitted.problem.structure;
+    let observed = &structure.observed;
+    let mut twins = measurements.fit.clone();
+    let own = twins.iter_mut().zip(&fitted.simulated.fit);
+    for ((twin, simulated), &noise) in own.zip(&measurements.command_noise) {
+        for (sample, simulated) in twin.samples.iter_mut().zip(simulated) {
+            sample.target = *simulated;
+        }
+        if noise > 0.0 {
+            let logged = commands(twin);
+            let logged: Vec<f64> = logged.iter().map(|one| one + noise * normal()).collect();
+            set_commands(twin, &smoothed(&logged, noise));
+        }
+    }
+    let simulated = reference::trajectories(structure, &fitted.values, &twins);
+    let compared = Compared::all(&twins, &simulated);
+    let made = |&output: &Output| root_mean_square(&residual(&compared, output));
+    let made: Vec<f64> = observed.iter().map(made).collect();
+    for sample in twins.iter_mut().flat_map(|twin| &mut twin.samples) {
+        for &output in observed {
+            sample.target[output] += noise[output.name()].value * normal();
+        }
+    }
+    let shown = left_over(&Compared::all(&twins, &simulated), observed, noise);
+    let each = made.into_iter().zip(shown);
+    each.map(|(value, left)| OfCommand {
+        value,
+        shown: left.correlates_with,
+    })
+    .collect()
+}
+
+/// Standard deviation of white noise in a command whose rows have these times; `None` where there is none.
+fn noise_of(command: &[f64], time: &[f64]) -> Option<f64> {
+    let mean = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+    let mut intervals = time.windows(2).map(|two| two[1] - two[0]);
+    let [lower, higher] = ORDERS.map(|order| left_by_differences(command, order));
+    let is_white = lower < WHITE * higher && higher < WHITE * lower;
+    let high = command.iter().copied().fold(f64::MIN, f64::max);
+    let low = command.iter().copied().fold(f64::MAX, f64::min);
+    let is_noise = higher > 0.0 && is_white && higher < MOST * (high - low);
+    let is_even = intervals.all(|one| (one / mean - 1.0).abs() < EVEN);
+    (is_noise && is_even).then_some(higher)
+}
+
+/// Standard deviation of the white noise whose differences of this `order` have the median that those of a `command` have: where
+/// it jumps they say nothing, and a median does not mind.
+fn left_by_differences(command: &[f64], order: usize) -> f64 {
+    let mut all = command.to_vec();
+    for _ in 0..order {
+        all = all.windows(2).map(|two| two[1] - two[0]).collect();
+    }
+    if all.is_empty() {
+        return 0.0;
+    }
+    all.iter_mut().for_each(|value| *value = value.abs());
+    let middle = all.len() / 2;
+    let (_, median, _) = all.select_nth_unstable_by(middle, f64::total_cmp);
+    // The sum of the squares of the binomial coefficients, (2n over n).
+    let gain = (1..=order).fold(1.0, |gain, k| gain * (order + k) as f64 / k as f64);
+    *median / Normal::standard().inverse_cdf(0.75) / gain.sqrt()
+}
+
+/// `values` without most of their white noise of standard deviation `noise`: each on the parabola through as many rows around it,
+/// or the line through as many behind it or before it, as agree with fewer.
+fn smoothed(values: &[f64], noise: f64) -> Vec<f64> {
+    // Weights of rows to be added up from a first one, of the row's own place in it, and the variance of the sum.
+    type Window = (usize, Vec<f64>, f64);
+    let centred = REACH.map(|reach| -> Window {
+        let weights = parabola(reach);
+        (reach, weights.clone(), weights[reach])
+    });
+    let ahead = REACH.map(|reach| -> Window {
+        let weights = line(2 * reach);
+        (0, weights.clone(), weights[0])
+    });
+    let behind = REACH.map(|reach| -> Window {
+        let mut weights = line(2 * reach);
+        weights.reverse();
+        let own = 2 * reach - 1;
+        (own, weights.clone(), weights[own])
+    });
+    let windows = [centred, ahead, behind];
+    let one = |row: usize| {
+        let widest = |windows: &[Window; REACH.len()]| {
+            let (mut value, mut variance) = (values[row], 1.0);
+            let (mut low, mut high) = (value - AGREE * noise, value + AGREE * noise);
+            for (own, weights, of_sum) in windows {
+                let Some(first) = row.checked_sub(*own) else {
+                    break;
+                };
+                let Some(rows) = values.get(first..first + weights.len()) else {
+                    break;
+                };
+                let sum: f64 = rows.iter().zip(weights).map(|(a, b)| a * b).sum();
+                let error = AGREE * noise * of_sum.sqrt();
+                (low, high) = (low.max(sum - error), high.min(sum + error));
+                if low > high {
+                    break;
+                }
+                (value, variance) = (sum, *of_sum);
+            }
+            (value, variance)
+        };
+        let best = windows.each_ref().map(widest);
+        let least = best.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        least.map_or(values[row], |(value, _)| value)
+    };
+    (0..values.len()).map(one).collect()
+}
+
+/// Weights by which the parabola nearest to `reach` rows on either side of one, and to itself, is found at that one (Savitzky and
+/// Golay 1964).
+fn parabola(reach: usize) -> Vec<f64> {
+    let h = reach as f64;
+    let whole = (2.0 * h + 3.0) * (2.0 * h + 1.0) * (2.0 * h - 1.0);
+    let weight = |row: usize| {
+        let from = row as f64 - h;
+        (3.0 * (3.0 * h * h + 3.0 * h - 1.0) - 15.0 * from * from) / whole
+    };
+    (0..=2 * reach).map(weight).collect()
+}
+
+/// Weights by which the straight line nearest to so many rows is found at the first of them.
+fn line(rows: usize) -> Vec<f64> {
+    let n = rows as f64;
+    let weight = |row: usize| (2.0 * (2.0 * n - 1.0) - 6.0 * row as f64) / (n * (n + 1.0));
+    (0..rows).map(weight).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::statistics::simulated::white;
+    use std::f64::consts::TAU;
+
+    const NOISE: f64 = 0.02;
+
+    fn sweep(t: f64) -> f64 {
+        9.0 * (TAU * 2.0 * t * t).sin()
+    }
+
+    fn steps(t: f64) -> f64 {
+        5.0 * (8.0 * t + 0.5).floor().rem_euclid(3.0)
+    }
+
+    fn sampled(command: fn(f64) -> f64, noise: f64) -> (Vec<f64>, Vec<f64>) {
+        let time: Vec<f64> = (0..5000).map(|row| 1e-3 * f64::from(row)).collect();
+        let all = white(5000, 7).into_iter().zip(&time);
+        let command = all.map(|(one, &t)| command(t) + noise * one).collect();
+        (command, time)
+    }
+
+    #[test]
+    fn white_noise_is_measured_and_mostly_taken_out() {
+        // At 20 Hz and 9 V no parabola is near more than a few rows; between two steps a line is near 64.
+        for (of, most) in [(sweep as fn(f64) -> f64, 0.7), (steps, 0.35)] {
+            let (command, time) = sampled(of, NOISE);
+            let found = noise_of(&command, &time).unwrap();
+            assert!((found / NOISE - 1.0).abs() < 0.1, "{found}");
+            let quiet = smoothed(&command, found);
+            let off = quiet.iter().zip(&time).map(|(one, &t)| one - of(t));
+            let left = (off.map(|off| off * off).sum::<f64>() / 5000.0).sqrt();
+            assert!(left < most * NOISE, "{left}");
+        }
+    }
+
+    #[test]
+    fn what_is_commanded_is_no_noise() {
+        for of in [sweep as fn(f64) -> f64, steps, |t| {
+            9.0 * (TAU * 12.0 * t * t).sin()
+        }] {
+            let (command, time) = sampled(of, 0.0);
+            assert_eq!(noise_of(&command, &time), None);
+        }
+        // Noise that is half a hundredth of the range and more is commanded; and at uneven times nothing is known.
+        let (command, mut time) = sampled(steps, 0.1);
+        assert_eq!(noise_of(&command, &time), None);
+        let (command, _) = sampled(steps, 0.005);
+        assert!(noise_of(&command, &time).is_some());
+        time[100] += 2e-4;
+        assert_eq!(noise_of(&command, &time), None);
+    }
+
+    #[test]
+    fn lines_and_parabolas_are_kept() {
+        let at = |row: f64| 3.0 + 0.5 * row - 0.1 * row * row;
+        let sum = |weights: &[f64], of: &dyn Fn(f64) -> f64| -> f64 {
+            let rows = weights.iter().enumerate();
+            rows.map(|(row, weight)| weight * of(row as f64)).sum()
+        };
+        for reach in REACH {
+            let middle = reach as f64;
+            let found = sum(&parabola(reach), &at);
+            assert!((found - at(middle)).abs() < 1e-9, "{reach}: {found}");
+            let found = sum(&line(2 * reach), &|row| 3.0 + 0.5 * row);
+            assert!((found - 3.0).abs() < 1e-9, "{reach}: {found}");
+        }
+    }
+}

@@ -90,6 +90,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "command_lag",
         "command_lag~second_order",
         "command_hum",
+        "command_hum~overtone",
         "null_bias~settling",
         "feed_forward",
         "spool_resonance",
@@ -501,7 +502,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 65] = [
+const TWINS: [Twin; 66] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -526,6 +527,16 @@ const TWINS: [Twin; 65] = [
             ("hum_frequency", 50.0),
             ("hum_sine", 0.186_483),
             ("hum_cosine", 0.234_998_1),
+        ],
+    ),
+    (
+        "command_hum~overtone=0.3:frequency=50:phase=0.0000001:share=0.2:second=0.4",
+        "command_hum~overtone",
+        &[
+            ("mains_frequency", 50.0),
+            ("mains_sine", 0.3),
+            ("mains_overtone_sine", 0.06),
+            ("mains_second_overtone_sine", 0.12),
         ],
     ),
     (
@@ -804,12 +815,13 @@ const TWINS: [Twin; 65] = [
         ],
     ),
     (
-        "periodic_disturbance~overtone.flow=0.5:frequency=51.3:phase=0.0000001:share=0.4",
+        "periodic_disturbance~overtone.flow=0.5:frequency=51.3:phase=0.0000001:share=0.4:second=0.3",
         "periodic_disturbance~overtone.flow",
         &[
             ("ripple_frequency_flow", 51.3),
             ("ripple_sine_flow", 0.5),
             ("overtone_sine_flow", 0.2),
+            ("second_overtone_sine_flow", 0.15),
         ],
     ),
 ];

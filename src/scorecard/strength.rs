@@ -114,6 +114,11 @@ impl Open {
             Kind::Leakage => extra("width", 1.5, 8.0),
             Kind::SupplyDroop => extra("lag", 0.01, 0.06),
             Kind::LineResonance => extra("damping", 0.05, 0.3),
+            Kind::CommandHum if form == Form::Overtone => {
+                extra("frequency", 8.0, 150.0);
+                extra("share", 0.05, 0.5);
+                extra("second", 0.05, 0.5);
+            }
             Kind::PeriodicDisturbance | Kind::CommandHum => extra("frequency", 8.0, 150.0),
             Kind::NullBias if form == Form::Settling => {
                 extra("warm_up", 0.3 * setup.seconds, setup.seconds);

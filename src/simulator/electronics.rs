@@ -86,7 +86,10 @@ pub(super) struct Pickup {
 
 impl Pickup {
     pub(super) fn new(planted: &[Planted], rng: &mut ChaCha8Rng) -> Self {
-        let hum = find(planted, Kind::CommandHum, Form::Usual);
+        let hum = [Form::Usual, Form::Overtone];
+        let hum = hum
+            .into_iter()
+            .find_map(|form| find(planted, Kind::CommandHum, form));
         Self {
             hum: hum.map(|p| Line::planted(p, rng)),
             shift: find(planted, Kind::NullBias, Form::Settling)

@@ -126,7 +126,7 @@ pub enum Form {
     SecondOrder,
     /// A drift that begins at its rate and comes to rest.
     Settling,
-    /// A line with a share of it at twice the frequency.
+    /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
 
@@ -170,6 +170,14 @@ impl Form {
 type Key = (&'static str, f64, &'static [Form]);
 
 const USUAL: &[Form] = &[Form::Usual];
+
+/// Those of something periodic.
+const HUM: &[Key] = &[
+    ("frequency", f64::NAN, &[Form::Usual, Form::Overtone]),
+    ("phase", f64::NAN, &[Form::Usual, Form::Overtone]),
+    ("share", 0.5, &[Form::Overtone]),
+    ("second", 0.0, &[Form::Overtone]),
+];
 
 /// What there is to know about an effect.
 struct Entry {
@@ -231,7 +239,7 @@ impl Kind {
                 &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
             Self::CommandHum => entry("command_hum", "V", "electronics", (0.0, 10.0), 0.2,
-                &[], &[("frequency", f64::NAN, USUAL), ("phase", f64::NAN, USUAL)]),
+                &[Form::Overtone], HUM),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),
             Self::FeedbackCurvature => entry("feedback_curvature", "V", "spool", (-2.0, 2.0), 0.4,
                 &[], &[("square", 0.0, USUAL)]),
@@ -282,11 +290,7 @@ impl Kind {
             Self::SensorDrift => entry("sensor_drift", "unit/s", "sensor", (-1e3, 1e3), 0.03,
                 &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::PeriodicDisturbance => entry("periodic_disturbance", "unit", "sensor", (-1e3, 1e3), 0.1,
-                &[Form::Overtone], &[
-                    ("frequency", f64::NAN, &[Form::Usual, Form::Overtone]),
-                    ("phase", f64::NAN, &[Form::Usual, Form::Overtone]),
-                    ("share", 0.5, &[Form::Overtone]),
-                ]),
+                &[Form::Overtone], HUM),
         }
     }
 

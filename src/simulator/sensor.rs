@@ -62,12 +62,13 @@ impl Curve {
     }
 }
 
-/// amplitude · (sin(2π frequency t + phase) + overtone · sin(4π frequency t + phase))
+/// amplitude · (sin(2π frequency t + phase) + overtone · sin(4π frequency t + phase) + second · sin(6π frequency t + phase))
 pub(super) struct Line {
     amplitude: f64,
     frequency: f64,
     phase: f64,
     overtone: f64,
+    second: f64,
 }
 
 impl Line {
@@ -80,14 +81,16 @@ impl Line {
             frequency: planted.key("frequency").unwrap_or(frequency),
             phase: planted.key("phase").unwrap_or(phase),
             overtone: planted.key("share").unwrap_or(0.0),
+            second: planted.key("second").unwrap_or(0.0),
         }
     }
 
     /// Its value after `time` s.
     pub(super) fn at(&self, time: f64) -> f64 {
         let turned = TAU * self.frequency * time;
-        let overtone = (2.0 * turned + self.phase).sin();
-        self.amplitude * ((turned + self.phase).sin() + self.overtone * overtone)
+        let [own, overtone, second] =
+            [1.0, 2.0, 3.0].map(|times| (times * turned + self.phase).sin());
+        self.amplitude * (own + self.overtone * overtone + self.second * second)
     }
 }
 

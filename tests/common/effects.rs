@@ -134,7 +134,7 @@ pub(crate) fn plant(parameters: &mut [Parameter], effect: Effect, scale: &Scale,
 }
 
 /// What a trial leaves absent, or too small to compare anything with.
-const AUDIBLE: [(&str, f64); 21] = [
+const AUDIBLE: [(&str, f64); 27] = [
     ("stroke_limit_bottom", 1.5),
     ("stiction", 0.3),
     ("stribeck_speed", 10.0),
@@ -148,14 +148,20 @@ const AUDIBLE: [(&str, f64); 21] = [
     ("ripple_cosine_spool", 0.5),
     ("overtone_sine_spool", 0.6),
     ("overtone_cosine_spool", -0.7),
+    ("second_overtone_sine_spool", 0.5),
+    ("second_overtone_cosine_spool", 0.4),
     ("ripple_sine_flow", 5.0),
     ("ripple_cosine_flow", 2.5),
     ("overtone_sine_flow", 3.0),
     ("overtone_cosine_flow", -3.5),
+    ("second_overtone_sine_flow", 2.5),
+    ("second_overtone_cosine_flow", 2.0),
     ("ripple_sine_position", 20.0),
     ("ripple_cosine_position", 10.0),
     ("overtone_sine_position", 12.0),
     ("overtone_cosine_position", -14.0),
+    ("second_overtone_sine_position", 10.0),
+    ("second_overtone_cosine_position", 8.0),
 ];
 
 /// `base` with `effects`, each at this one of its trials (the last where it has fewer), searched near there.

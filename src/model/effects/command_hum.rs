@@ -1,9 +1,9 @@
 //! Something periodic is added to the command.
 
 use super::host;
-use super::periodic_disturbance::{Oscillation, frequency};
+use super::periodic_disturbance::{Oscillation, frequency, of_tone};
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Port, Stage};
+use super::{Act, Entry, Port, Scale, Stage};
 use crate::model::{Output, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -16,22 +16,15 @@ pub(super) const ENTRY: Entry = Entry {
     confused: "periodic_disturbance, which one sensor adds and no spool follows",
     source: "ground loops and mains pick-up of the command's wires; dither: Merritt, Hydraulic Control Systems, 1967",
     parameters: |scale, _| {
-        let most = 0.5 * scale.command;
-        let of_hum = |name| Parameter::linear(name, &scale.command_unit, -most, 0.0, most);
         vec![
             frequency("hum_frequency", scale, None, 1.0),
-            of_hum("hum_sine"),
-            of_hum("hum_cosine"),
+            amplitude("hum_sine", scale),
+            amplitude("hum_cosine", scale),
         ]
     },
     trials: |scale, _| {
-        let line = Output::ALL
-            .into_iter()
-            .find_map(|output| scale.lines[output]);
-        let small = 5e-3 * scale.command;
-        line.map(|frequency| vec![frequency, small, small])
-            .into_iter()
-            .collect()
+        let trial = |frequency| vec![frequency, small(scale), small(scale)];
+        line(scale).map(trial).into_iter().collect()
     },
     imitated_by: &[],
     states: &["time_of_hum", "row_of_hum"],
@@ -46,18 +39,63 @@ pub(super) const ENTRY: Entry = Entry {
     frequency: Some("hum_frequency"),
 };
 
+pub(super) const OVERTONE: Entry = Entry {
+    name: "command_hum~overtone",
+    summary: "Mains hum or another oscillation is added to the command, behind where it is measured, with two overtones",
+    finding: "a hum of {mains_frequency} and its overtones are added to the command, and move the spool",
+    equation: "sat(u + a1 sin(2 pi f t) + b1 cos(2 pi f t) + a2 sin(4 pi f t) + b2 cos(4 pi f t) + a3 sin(6 pi f t) + b3 cos(6 pi f t) - x, S)",
+    shows: "lines in the spectra of all residuals, at a frequency and two or three times it, which go on at rest",
+    confused: "command_hum, which has one line; periodic_disturbance~overtone, which one sensor adds and no spool follows",
+    source: "rectifiers of power supplies: overtones of the mains",
+    parameters: |scale, _| {
+        let of_hum = |name| amplitude(name, scale);
+        vec![
+            frequency("mains_frequency", scale, None, 1.0 / 3.0),
+            of_hum("mains_sine"),
+            of_hum("mains_cosine"),
+            of_hum("mains_overtone_sine"),
+            of_hum("mains_overtone_cosine"),
+            of_hum("mains_second_overtone_sine"),
+            of_hum("mains_second_overtone_cosine"),
+        ]
+    },
+    trials: |scale, _| line(scale).map_or(Vec::new(), |line| of_tone(line, small(scale))),
+    states: &["time_of_mains", "row_of_mains"],
+    frequency: Some("mains_frequency"),
+    ..ENTRY
+};
+
+fn amplitude(name: &str, scale: &Scale) -> Parameter {
+    let most = 0.5 * scale.command;
+    Parameter::linear(name, &scale.command_unit, -most, 0.0, most)
+}
+
+/// The line of the first output that has one.
+fn line(scale: &Scale) -> Option<f64> {
+    Output::ALL
+        .into_iter()
+        .find_map(|output| scale.lines[output])
+}
+
+fn small(scale: &Scale) -> f64 {
+    5e-3 * scale.command
+}
+
 /// A hum is added to the command.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct CommandHum<R>(Oscillation<R>);
+pub(in crate::model) struct Hum<R, const TONES: usize>(Oscillation<R, TONES>);
 
-impl<R: Real> CommandHum<R> {
+pub(in crate::model) type CommandHum<R> = Hum<R, 1>;
+pub(in crate::model) type CommandHumWithOvertones<R> = Hum<R, 3>;
+
+impl<R: Real, const TONES: usize> Hum<R, TONES> {
     #[inline(always)]
     pub(super) fn new(next: impl FnMut() -> R) -> Self {
         Self(Oscillation::new(next))
     }
 }
 
-impl<R: Real> Act<R> for CommandHum<R> {
+impl<R: Real, const TONES: usize> Act<R> for Hum<R, TONES> {
     fn acts_on_the_reference(&self) -> bool {
         true
     }

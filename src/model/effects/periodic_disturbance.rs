@@ -63,106 +63,91 @@ pub(super) const ENTRY: Entry = Entry {
     frequency: Some("disturbance_frequency"),
 };
 
-/// a sin(2π f t) + b cos(2π f t), f in Hz.
+/// Σ aₖ sin(2π k f t) + bₖ cos(2π k f t), f in Hz, of a tone and its overtones.
 #[derive(Debug, Clone)]
-pub(super) struct Oscillation<R> {
+pub(super) struct Oscillation<R, const TONES: usize> {
     frequency: R,
-    sine: R,
-    cosine: R,
+    sines_and_cosines: [[R; 2]; TONES],
 }
 
-impl<R: Real> Oscillation<R> {
+impl<R: Real, const TONES: usize> Oscillation<R, TONES> {
     #[inline(always)]
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
         Self {
             frequency: next(),
-            sine: next(),
-            cosine: next(),
+            sines_and_cosines: std::array::from_fn(|_| [next(), next()]),
         }
     }
 
     /// Its value at a `time`, s.
     #[inline(always)]
     pub(super) fn at(&self, time: R) -> R {
-        let turns = self.frequency * time;
-        let sine = turns.sine_of_turns();
-        let cosine = (turns + R::constant(0.25)).sine_of_turns();
-        self.sine * sine + self.cosine * cosine
+        let once = self.frequency * time;
+        let (mut turns, mut all) = (once, R::constant(0.0));
+        for (k, [sine, cosine]) in self.sines_and_cosines.iter().enumerate() {
+            let own = *sine * turns.sine_of_turns()
+                + *cosine * (turns + R::constant(0.25)).sine_of_turns();
+            all = if k == 0 { own } else { all + own };
+            turns = turns + once;
+        }
+        all
     }
 }
 
 /// Mains hum, pump ripple or vibration is added to the measurement.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct PeriodicDisturbance<R>(Oscillation<R>);
+pub(in crate::model) struct Disturbance<R, const TONES: usize>(Oscillation<R, TONES>);
 
-impl<R: Real> PeriodicDisturbance<R> {
+pub(in crate::model) type PeriodicDisturbance<R> = Disturbance<R, 1>;
+pub(in crate::model) type PeriodicDisturbanceWithOvertones<R> = Disturbance<R, 3>;
+
+impl<R: Real, const TONES: usize> Disturbance<R, TONES> {
     #[inline(always)]
     pub(super) fn new(next: impl FnMut() -> R) -> Self {
         Self(Oscillation::new(next))
     }
 }
 
-impl<R: Real> Act<R> for PeriodicDisturbance<R> {
+impl<R: Real, const TONES: usize> Act<R> for Disturbance<R, TONES> {
     #[inline(always)]
     fn measure(&self, _own: &[R], value: R, moment: &Moment<R>) -> R {
         value + self.0.at(moment.time)
     }
 }
 
+/// The strongest line is a tone or one of its overtones, which are as large as `small`.
+pub(super) fn of_tone(line: f64, small: f64) -> Vec<Vec<f64>> {
+    let of = |share: f64| vec![share * line, small, small, small, small, small, small];
+    [1.0, 1.0 / 2.0, 1.0 / 3.0].map(of).into()
+}
+
 pub(super) const OVERTONE: Entry = Entry {
     name: "periodic_disturbance~overtone",
-    summary: "Pump ripple or vibration is added to the measurement, with its first overtone",
-    finding: "a ripple of {ripple_frequency} and its overtone are added to the measured {output}",
-    equation: "y + a sin(2 pi f t) + b cos(2 pi f t) + c sin(4 pi f t) + d cos(4 pi f t)",
-    shows: "two lines in the residual's spectrum, one at twice the frequency of the other, which go on at rest",
+    summary: "Mains hum, pump ripple or vibration is added to the measurement, with two overtones",
+    finding: "a ripple of {ripple_frequency} and its overtones are added to the measured {output}",
+    equation: "y + a1 sin(2 pi f t) + b1 cos(2 pi f t) + a2 sin(4 pi f t) + b2 cos(4 pi f t) + a3 sin(6 pi f t) + b3 cos(6 pi f t)",
+    shows: "lines in the residual's spectrum, at a frequency and two or three times it, which go on at rest",
     confused: "periodic_disturbance, which has one line",
     parameters: |scale, output| {
         let line = |name| amplitude(name, scale, output);
         vec![
-            frequency("ripple_frequency", scale, output, 0.5),
+            frequency("ripple_frequency", scale, output, 1.0 / 3.0),
             line("ripple_sine"),
             line("ripple_cosine"),
             line("overtone_sine"),
             line("overtone_cosine"),
+            line("second_overtone_sine"),
+            line("second_overtone_cosine"),
         ]
     },
     trials: |scale, output| {
         let line = output.and_then(|output| scale.lines[output]);
         let small = 1e-3 * scale.output(output);
-        // The strongest line is the tone or its overtone.
-        let of = |share: f64| line.map(|line| vec![share * line, small, small, small, small]);
-        [1.0, 0.5].into_iter().filter_map(of).collect()
+        line.map_or(Vec::new(), |line| of_tone(line, small))
     },
     frequency: Some("ripple_frequency"),
     ..ENTRY
 };
-
-/// Pump ripple is added to the measurement, with an overtone.
-#[derive(Debug, Clone)]
-pub(in crate::model) struct PeriodicDisturbanceWithOvertone<R> {
-    tone: Oscillation<R>,
-    overtone: Oscillation<R>,
-}
-
-impl<R: Real> PeriodicDisturbanceWithOvertone<R> {
-    #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        let tone = Oscillation::new(&mut next);
-        let overtone = Oscillation {
-            frequency: tone.frequency + tone.frequency,
-            sine: next(),
-            cosine: next(),
-        };
-        Self { tone, overtone }
-    }
-}
-
-impl<R: Real> Act<R> for PeriodicDisturbanceWithOvertone<R> {
-    #[inline(always)]
-    fn measure(&self, _own: &[R], value: R, moment: &Moment<R>) -> R {
-        value + self.tone.at(moment.time) + self.overtone.at(moment.time)
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -185,11 +170,11 @@ mod tests {
     }
 
     #[test]
-    fn the_overtone_turns_twice_as_fast() {
-        let mut values = [50.125, 0.3, 0.4, 0.05, 0.07].into_iter();
-        let effect: PeriodicDisturbanceWithOvertone<f64> =
-            PeriodicDisturbanceWithOvertone::new(|| values.next().unwrap());
-        // A quarter and a half turn: the sine of the one, and less the cosine of the other.
-        assert!((effect.measure(&[], 1.0, &MOMENT) - 1.23).abs() < 1e-9);
+    fn overtones_turn_twice_and_three_times_as_fast() {
+        let mut values = [50.125, 0.3, 0.4, 0.05, 0.07, 0.02, 0.03].into_iter();
+        let effect: PeriodicDisturbanceWithOvertones<f64> =
+            PeriodicDisturbanceWithOvertones::new(|| values.next().unwrap());
+        // A quarter, a half and three quarters of a turn: a sine, less a cosine, less a sine.
+        assert!((effect.measure(&[], 1.0, &MOMENT) - 1.21).abs() < 1e-9);
     }
 }

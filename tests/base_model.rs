@@ -23,12 +23,15 @@ use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 /// `lag dy/dt + y = gain u`: the flow y that is shown where the voltage u stands for the true flow.
-#[derive(Default)]
-struct FlowMeter;
+type FlowMeter = MeterOf<false>;
 
-impl BaseModel for FlowMeter {
+/// The same, or one whose state has a `BAD` name.
+#[derive(Default)]
+struct MeterOf<const BAD: bool>;
+
+impl<const BAD: bool> BaseModel for MeterOf<BAD> {
     fn name(&self) -> &'static str {
-        "flow_meter"
+        if BAD { "looping" } else { "flow_meter" }
     }
 
     fn parts(&self) -> Vec<&'static str> {
@@ -36,7 +39,7 @@ impl BaseModel for FlowMeter {
     }
 
     fn states(&self, _: &Setting) -> Vec<&'static str> {
-        vec!["shown"]
+        vec![if BAD { "loop" } else { "shown" }]
     }
 
     fn unit<'a>(&'a self, setting: &Setting<'a>, output: Output) -> &'a str {
@@ -47,7 +50,7 @@ impl BaseModel for FlowMeter {
     }
 }
 
-impl WithEquations for FlowMeter {
+impl<const BAD: bool> WithEquations for MeterOf<BAD> {
     type Equations<R: Real> = Meter<R>;
 
     fn equations<R: Real>(&self, _: &Setting, parameters: &mut dyn Declare<R>) -> Meter<R> {
@@ -280,6 +283,16 @@ fn what_belongs_to_a_servo_valve_is_refused_where_it_is_none() {
         let says = error.contains("of a servo valve") && error.contains("leave them out");
         assert!(says, "{own}: {error}");
     }
+}
+
+#[test]
+fn a_state_with_a_name_that_no_shader_can_have_is_refused() {
+    let error = register_base::<MeterOf<true>>().unwrap_err().to_string();
+    assert!(
+        error.contains("\"loop\"") && error.contains("no keyword of WGSL"),
+        "{error}"
+    );
+    assert!(Base::named("looping").is_none());
 }
 
 #[test]

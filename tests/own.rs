@@ -291,6 +291,24 @@ fn refused(entry: Entry) -> String {
 }
 
 #[test]
+fn a_name_that_no_shader_can_have_is_refused() {
+    let parameter: fn(&Scale, _) -> _ = |_, _| vec![Parameter::linear("loop", "V", 0.0, 0.0, 1.0)];
+    let of_parameter = described("looping", parameter);
+    let of_state = Entry {
+        states: &["loop"],
+        ..described("looping", |_, _| Vec::new())
+    };
+    for entry in [of_parameter, of_state] {
+        let error = refused(entry);
+        assert!(
+            error.contains("\"loop\"") && error.contains("no keyword of WGSL"),
+            "{error}"
+        );
+    }
+    assert!(entry("looping").is_none());
+}
+
+#[test]
 fn a_name_is_taken_once() {
     own_bias();
     let parameters = |_: &Scale, _| Vec::new();

@@ -2,6 +2,7 @@
 
 use super::own::{Law, REGISTERED, Registered};
 use super::{Act, CATALOGUE, Entry};
+use crate::model::real::trace::{OTHER_NAME, is_writable, not_writable};
 use crate::model::valve::{Meter, ValveForm};
 use crate::model::{Initial, MOST_STATES, Output, Parameter, ServoValve, Structure};
 use crate::{Error, Result};
@@ -14,7 +15,8 @@ use crate::{Error, Result};
 /// registered, where one that acts on one output at a time takes its states three times, once for each.
 ///
 /// # Errors
-/// There is an effect of this name already, or a parameter of the name of one of its own; it has more states than are left; it
+/// There is an effect of this name already, or a parameter of the name of one of its own; a parameter or a state has a name that
+/// WGSL, C or Modelica do not allow; it has more states than are left; it
 /// delays the command.
 pub fn register<L: Law>(entry: Entry) -> Result<&'static Entry> {
     let refuse = |problem: String, remedy: &str| {
@@ -38,6 +40,13 @@ pub fn register<L: Law>(entry: Entry) -> Result<&'static Entry> {
         );
     }
     taken.extend(registered.iter().flat_map(|own| own.parameters.clone()));
+    let mut written = own
+        .iter()
+        .map(String::as_str)
+        .chain(entry.states.iter().copied());
+    if let Some(name) = written.find(|name| !is_writable(name)) {
+        return refuse(not_writable(name), OTHER_NAME);
+    }
     for name in &own {
         // Values are matched by name.
         if taken.contains(name) {

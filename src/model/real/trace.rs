@@ -2,10 +2,12 @@
 
 mod c;
 mod modelica;
+mod reserved;
 mod wgsl;
 
 pub use c::C;
 pub use modelica::Modelica;
+pub(crate) use reserved::{OTHER_NAME, is_writable, not_writable};
 pub use wgsl::Wgsl;
 
 use super::Real;

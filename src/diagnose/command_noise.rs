@@ -45,13 +45,21 @@ pub(super) fn with_quiet_commands(
     if !measurements.command_noise.is_empty() {
         return None;
     }
+    let noise: Vec<f64> = measurements.fit.iter().map(noise_in).collect();
+    let largest = noise.iter().copied().fold(0.0, f64::max);
+    if largest == 0.0 {
+        return None;
+    }
     let mut quiet = measurements.clone();
-    quiet.command_noise = quiet.fit.iter_mut().map(quieten).collect();
-    quiet.hold_out.iter_mut().for_each(|series| {
-        quieten(series);
-    });
-    let largest = quiet.command_noise.iter().copied().fold(0.0, f64::max);
-    (largest > 0.0 && is_of_the_logger(fitted, measurements, &quiet)).then(|| {
+    for (series, &noise) in quiet.fit.iter_mut().zip(&noise) {
+        quieten(series, noise);
+    }
+    for series in &mut quiet.hold_out {
+        let noise = noise_in(series);
+        quieten(series, noise);
+    }
+    quiet.command_noise = noise;
+    is_of_the_logger(fitted, measurements, &quiet).then(|| {
         let unit = &problem.structure.command_unit;
         quiet.beginnings.push(format!(
             "the command was measured with noise of {largest:.3} {unit}, which the valve did not get: it is smoothed, and what a \
@@ -64,14 +72,17 @@ pub(super) fn with_quiet_commands(
     })
 }
 
-/// Smooths the command of `series`, and says how much noise it had.
-fn quieten(series: &mut Series) -> f64 {
-    let command = commands(series);
-    let Some(noise) = noise_of(&command, &series.time) else {
-        return 0.0;
-    };
-    set_commands(series, &smoothed(&command, noise));
-    noise
+/// The noise of the command of `series`; 0 where there is none.
+fn noise_in(series: &Series) -> f64 {
+    noise_of(&commands(series), &series.time).unwrap_or(0.0)
+}
+
+/// Smooths the command of `series`, where it has `noise`.
+fn quieten(series: &mut Series, noise: f64) {
+    if noise > 0.0 {
+        let quiet = smoothed(&commands(series), noise);
+        set_commands(series, &quiet);
+    }
 }
 
 fn commands(series: &Series) -> Vec<f64> {
@@ -171,9 +182,10 @@ fn twin(
             sample.target = *simulated;
         }
         if noise > 0.0 {
-            let logged = commands(twin);
-            let logged: Vec<f64> = logged.iter().map(|one| one + noise * normal()).collect();
-            set_commands(twin, &smoothed(&logged, noise));
+            for sample in &mut twin.samples {
+                sample.input.command += noise * normal();
+            }
+            quieten(twin, noise);
         }
     }
     let simulated = reference::trajectories(structure, &fitted.values, &twins);
@@ -197,13 +209,14 @@ fn twin(
 /// Standard deviation of white noise in a command whose rows have these times; `None` where there is none.
 fn noise_of(command: &[f64], time: &[f64]) -> Option<f64> {
     let mean = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-    let mut intervals = time.windows(2).map(|two| two[1] - two[0]);
     let [lower, higher] = ORDERS.map(|order| left_by_differences(command, order));
     let is_white = lower < WHITE * higher && higher < WHITE * lower;
     let high = command.iter().copied().fold(f64::MIN, f64::max);
     let low = command.iter().copied().fold(f64::MAX, f64::min);
     let is_noise = higher > 0.0 && is_white && higher < MOST * (high - low);
-    let is_even = intervals.all(|one| (one / mean - 1.0).abs() < EVEN);
+    let is_even = steps(time)
+        .iter()
+        .all(|one| (one / mean - 1.0).abs() < EVEN);
     (is_noise && is_even).then_some(higher)
 }
 
@@ -212,7 +225,7 @@ fn noise_of(command: &[f64], time: &[f64]) -> Option<f64> {
 fn left_by_differences(command: &[f64], order: usize) -> f64 {
     let mut all = command.to_vec();
     for _ in 0..order {
-        all = all.windows(2).map(|two| two[1] - two[0]).collect();
+        all = steps(&all);
     }
     if all.is_empty() {
         return 0.0;
@@ -228,28 +241,21 @@ fn left_by_differences(command: &[f64], order: usize) -> f64 {
 /// `values` without most of their white noise of standard deviation `noise`: each on the parabola through as many rows around it,
 /// or the line through as many behind it or before it, as agree with fewer.
 fn smoothed(values: &[f64], noise: f64) -> Vec<f64> {
-    // Weights of rows to be added up from a first one, of the row's own place in it, and the variance of the sum.
-    type Window = (usize, Vec<f64>, f64);
-    let centred = REACH.map(|reach| -> Window {
-        let weights = parabola(reach);
-        (reach, weights.clone(), weights[reach])
-    });
-    let ahead = REACH.map(|reach| -> Window {
-        let weights = line(2 * reach);
-        (0, weights.clone(), weights[0])
-    });
+    // Weights of rows to be added up, and which of them is the row's own: its weight is the variance of the sum, too.
+    type Window = (usize, Vec<f64>);
+    let centred = REACH.map(|reach| -> Window { (reach, parabola(reach)) });
+    let ahead = REACH.map(|reach| -> Window { (0, line(2 * reach)) });
     let behind = REACH.map(|reach| -> Window {
         let mut weights = line(2 * reach);
         weights.reverse();
-        let own = 2 * reach - 1;
-        (own, weights.clone(), weights[own])
+        (2 * reach - 1, weights)
     });
     let windows = [centred, ahead, behind];
     let one = |row: usize| {
         let widest = |windows: &[Window; REACH.len()]| {
             let (mut value, mut variance) = (values[row], 1.0);
             let (mut low, mut high) = (value - AGREE * noise, value + AGREE * noise);
-            for (own, weights, of_sum) in windows {
+            for (own, weights) in windows {
                 let Some(first) = row.checked_sub(*own) else {
                     break;
                 };
@@ -257,12 +263,12 @@ fn smoothed(values: &[f64], noise: f64) -> Vec<f64> {
                     break;
                 };
                 let sum: f64 = rows.iter().zip(weights).map(|(a, b)| a * b).sum();
-                let error = AGREE * noise * of_sum.sqrt();
+                let error = AGREE * noise * weights[*own].sqrt();
                 (low, high) = (low.max(sum - error), high.min(sum + error));
                 if low > high {
                     break;
                 }
-                (value, variance) = (sum, *of_sum);
+                (value, variance) = (sum, weights[*own]);
             }
             (value, variance)
         };

@@ -44,6 +44,8 @@ pub struct Fitted {
     pub errors: Sides<Errors>,
     /// What each observed channel's residual on the fitted data still depends on.
     pub remaining: BTreeMap<String, Remaining>,
+    /// The noise by which that was tested, with what this model makes of noisy commands; empty where it was not.
+    pub(super) tested_by: BTreeMap<String, Noise>,
     /// Parameters that the fitted rows leave open and the held-out ones had to set.
     pub unexcited: Vec<Unexcited>,
     /// What all parameters were moved by to follow the held-out rows, if they were.
@@ -76,6 +78,7 @@ impl Fitted {
             values,
             errors: Sides::default(),
             remaining: BTreeMap::new(),
+            tested_by: BTreeMap::new(),
             unexcited,
             sharpened,
             integration_error: BTreeMap::new(),
@@ -123,6 +126,7 @@ impl Fitted {
         let nothing = exact.iter().map(|_| Remaining::nothing());
         let names = exact.iter().chain(&tested).map(|output| output.name());
         self.remaining = names.map(str::to_owned).zip(nothing.chain(rest)).collect();
+        self.tested_by = noise;
     }
 
     /// Each observed channel's noise floor: what is quiet in the measurement, or in the residual.

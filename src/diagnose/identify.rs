@@ -2,7 +2,7 @@
 
 use super::attribution::{Added, Allowed, Attribution, Decision, Selection, excess, worth};
 use super::clocks::with_clocks_set;
-use super::command_noise::{with_quiet_commands, with_what_passes};
+use super::command_noise::with_quiet_commands;
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
@@ -275,7 +275,7 @@ impl<'d> Diagnosis<'d> {
             (after, free_form) = self.free_form(&base)?.unzip();
         }
         let after = after.unwrap_or_else(|| before.clone());
-        let noise = with_what_passes(&after, self.measurements, noise.clone());
+        let noise = after.tested_by.clone();
         let located = match verdict {
             Verdict::Unexplained | Verdict::NotDiagnosed => located_before,
             Verdict::Partly => self.located(&after, &noise),
@@ -389,8 +389,7 @@ impl<'d> Diagnosis<'d> {
         let left = candidate.noise(self.measurements, false);
         criteria.swings = left.values().any(|noise| noise.swing.is_some());
         criteria.least_followed = least_followed(&candidate, base.noise);
-        let noise = with_what_passes(&candidate, self.measurements, base.noise.clone());
-        criteria.least_ratio = self.least_ratio(&candidate, &noise);
+        criteria.least_ratio = self.least_ratio(&candidate);
         let named =
             |criteria: &Criteria| matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
         if named(criteria) {
@@ -406,11 +405,12 @@ impl<'d> Diagnosis<'d> {
         Ok(None)
     }
 
-    /// What the held-out error of every channel is at least over its `noise`.
-    fn least_ratio(&self, fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> f64 {
+    /// What the held-out error of every channel is at least over the noise by which `fitted` was tested.
+    fn least_ratio(&self, fitted: &Fitted) -> f64 {
         let compared = fitted.beside(self.measurements).hold_out;
         // What no file resolves, or no integrator, is none of the model's error.
-        let floor = |output: Output| noise[output.name()].value.max(fitted.least_error(output));
+        let noise = |output: Output| fitted.tested_by[output.name()].value;
+        let floor = |output: Output| noise(output).max(fitted.least_error(output));
         least_ratio(&compared, &fitted.problem.structure.observed, floor)
     }
 

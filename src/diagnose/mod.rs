@@ -25,7 +25,8 @@
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `clocks` puts records in phase
-//! that hum, `command_noise` smooths commands that were measured with noise, `hold` tells what the command does between two rows or tries both ways, `evidence` is what models are judged by,
+//! that hum, `command_noise` smooths commands that were measured with noise, `hold` tells what the command does between two rows
+//! or tries both ways, `evidence` is what models are judged by,
 //! `unexcited` sets what the fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects,
 //! `verdict` decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the
 //! result. `statistics` knows none of them.

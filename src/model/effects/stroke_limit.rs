@@ -81,13 +81,14 @@ impl<R: Real, const SIDES: bool> Act<R> for Stops<R, SIDES> {
         start: &Motion<R>,
         step: R,
     ) -> (R, R) {
-        // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back.
-        let zero = R::constant(0.0);
+        // It stops where it meets the end, and leaves it in the rest of the step where the drive pulls it back. The way to the
+        // end is what is divided: a spool that begins there has none, however a compiler rounds the little that it moves.
+        let (zero, one) = (R::constant(0.0), R::constant(1.0));
         let (above, below) = (spool - self.top, self.bottom - spool);
         let moved = spool - start.spool;
-        let one = R::constant(1.0);
-        let since_top = step * (above / moved).clamp(zero, one);
-        let since_bottom = step * (-below / moved).clamp(zero, one);
+        let until_top = ((self.top - start.spool) / moved).clamp(zero, one);
+        let until_bottom = ((self.bottom - start.spool) / moved).clamp(zero, one);
+        let (since_top, since_bottom) = (step * (one - until_top), step * (one - until_bottom));
         let lag = start.time_constant;
         let top = pulled_back(self.top, drive.min(zero), since_top, lag);
         let bottom = pulled_back(self.bottom, drive.max(zero), since_bottom, lag);

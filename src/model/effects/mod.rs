@@ -197,6 +197,7 @@ catalogue! {
     hysteresis::Hysteresis,
     command_lag::CommandLag,
     command_hum::CommandHum,
+    command_hum::CommandHumWithOvertones = OVERTONE,
     feed_forward::FeedForward,
     slew_limit::SlewLimit,
     spool_resonance::SpoolResonance,
@@ -245,7 +246,6 @@ catalogue! {
     viscosity_drift::ViscosityDriftSettling = SETTLING,
     sensor_drift::SensorDriftSettling = SETTLING,
     periodic_disturbance::PeriodicDisturbanceWithOvertones = OVERTONE,
-    command_hum::CommandHumWithOvertones = OVERTONE,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

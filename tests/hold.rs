@@ -4,6 +4,7 @@
 use crate::program::{json, printed, servobee};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::fs::write;
@@ -18,6 +19,11 @@ fn command(time: f64) -> f64 {
     }
 }
 
+/// Normally distributed, with a standard deviation of 1.
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    (0..12).map(|_| random.random::<f64>() - 0.5).sum()
+}
+
 /// Rows of 2 ms of a valve with a play of ± 0.15 V, whose command goes straight from row to row.
 fn record() -> String {
     let mut random = ChaCha8Rng::seed_from_u64(3);
@@ -26,7 +32,7 @@ fn record() -> String {
     for row in 0..4000 {
         let time = 0.002 * f64::from(row);
         let (now, next) = (command(time), command(time + 0.002));
-        let noise = 0.02 * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
+        let noise = 0.02 * normal(&mut random);
         writeln!(text, "{time:.3},{now:.5},{:.5}", spool + noise).unwrap();
         for step in 0..100 {
             let u = now + (next - now) * (f64::from(step) + 0.5) / 100.0;
@@ -37,6 +43,73 @@ fn record() -> String {
         }
     }
     text
+}
+
+/// Rows of 3 ms of a spool whose speed is limited and that shows in a flow alone, which swings in its line at 17 Hz; the command
+/// goes straight from row to row.
+fn swinging_flow() -> String {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let mut text = String::from("time [s],command [V],flow [L/min]\n");
+    let (mut error, mut spool, mut flow, mut rise) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+    let pulsation = TAU * 17.0;
+    let step = 3e-3 / 100.0;
+    for row in 0..2000 {
+        let time = 0.003 * f64::from(row);
+        let (now, next) = (command(time), command(time + 0.003));
+        let noise = 0.03 * normal(&mut random);
+        writeln!(text, "{time:.3},{now:.5},{:.5}", flow + noise).unwrap();
+        for part in 0..100 {
+            let u = now + (next - now) * (f64::from(part) + 0.5) / 100.0;
+            let speed = 340.0 * error.clamp(-1.5, 1.5);
+            error += step * (u - spool - error) / 0.00285;
+            spool += step * speed;
+            rise += step * pulsation * (1.74 * spool - flow - 0.56 * rise);
+            flow += step * pulsation * rise;
+        }
+    }
+    text
+}
+
+/// What the wrong one of held and interpolated makes of a valve may look like another effect, and then prefers the wrong one.
+#[test]
+fn what_is_not_followed_is_tried_with_the_other_of_held_and_interpolated() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("log.csv"), swinging_flow()).unwrap();
+    let asked = "line_resonance,slew_limit,slew_limit~command,slew_limit~pilot,command_lag";
+    let printed = printed(&servobee(
+        folder.path(),
+        &[
+            "identify",
+            "log.csv",
+            "--effects",
+            asked,
+            "--evaluator",
+            "cpu",
+            "--out",
+            "out",
+        ],
+    ));
+    let report = json(folder.path().join("out/report.json"));
+    assert_eq!(report["verdict"], "found", "{printed}");
+    assert_eq!(report["hold"]["taken"], "interpolated", "{printed}");
+    let effects = report["effects"].as_array().unwrap();
+    let names: Vec<&str> = effects
+        .iter()
+        .flat_map(|one| one["name"].as_str())
+        .collect();
+    assert_eq!(names, ["line_resonance", "slew_limit"], "{printed}");
+    let parameters = report["parameters"].as_array().unwrap();
+    // In whatever form of the limit: its lag of 3 ms is a row.
+    for (name, planted) in [("line_frequency_flow", 17.0), ("slew_limit", 510.0)] {
+        let called = |one: &&Value| one["name"].as_str().unwrap().starts_with(name);
+        let found = parameters.iter().find(called);
+        let value = found.and_then(|one| one["value"].as_f64());
+        let value = value.unwrap_or_else(|| panic!("no {name}: {parameters:?}"));
+        assert!(
+            (value / planted - 1.0).abs() < 0.03,
+            "{name}: {value} {parameters:?}"
+        );
+    }
 }
 
 #[test]

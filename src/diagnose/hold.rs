@@ -9,7 +9,7 @@ use super::measurements::{Measurements, starts};
 use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
 use super::statistics::jumps::{Answers, range};
-use super::verdict::Verdict;
+use super::verdict::{NEAR, Verdict};
 use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Fingerprint, Problem, reference};
@@ -24,8 +24,9 @@ const SAME_COST: f64 = 0.003;
 /// A parameter that moves by less than this share of its value is not reported.
 const NOTABLE: f64 = 0.01;
 
-/// The other of held and interpolated is tried with all effects if it leaves less than this share of the error.
-const CLOSER: f64 = 0.95;
+/// The other of held and interpolated is tried with all effects if the error it leaves is less by this share; or more, where the
+/// noise is not reached: what was added may make up for the wrong of the two.
+const MATTERS: f64 = 0.05;
 /// A result with fewer effects stands if its held-out cost is larger by less than this share.
 const AS_GOOD: f64 = 0.1;
 
@@ -38,6 +39,8 @@ pub struct Between {
     pub known: bool,
     /// The result with the other one; not there where the model says which it is, or the run was stopped.
     pub other: Option<OtherHold>,
+    /// Whether with the other one the effects may be others, be it that these explain too little for a name.
+    pub(super) matters: bool,
 }
 
 /// A result with the other of held and interpolated, fitted again.
@@ -121,13 +124,11 @@ pub(super) fn complete_other_way(
 }
 
 /// Whether all effects are to be tried with the other of held and interpolated. What is ahead by half an interval may be a command
-/// that went straight on between its rows; so may be what is not followed to its noise, where the other leaves less.
+/// that went straight on between its rows; so may be what is not followed to its noise, where the other makes a difference.
 pub(super) fn may_be_the_other_way(result: &Identified) -> bool {
     let leads = |one: &Added| one.effect.leads();
     let left = matches!(result.verdict, Verdict::Partly | Verdict::Unexplained);
-    let other = result.between.other.as_ref();
-    let closer = other.is_some_and(|other| other.errors[1] < CLOSER * other.errors[0]);
-    result.added.iter().any(leads) || (left && closer)
+    result.added.iter().any(leads) || (left && result.between.matters)
 }
 
 /// Whether `one` is to be preferred to an `other` result that took the command for the other of held and interpolated: it
@@ -169,6 +170,13 @@ fn held_out_cost(result: &Identified) -> f64 {
 }
 
 impl OtherHold {
+    /// Whether with it the effects may be others.
+    pub(super) fn matters(&self) -> bool {
+        let [taken, other] = self.errors;
+        let apart = (other / taken - 1.0).abs() > MATTERS;
+        apart && (other < taken || taken > NEAR)
+    }
+
     /// `taken` beside `other`, on the fitted rows.
     pub(super) fn beside(taken: &Fitted, other: &Problem, measurements: &Measurements) -> Self {
         let values = Complete::nominal(&other.parameters);

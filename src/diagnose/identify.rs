@@ -1,6 +1,8 @@
 //! The procedure: from records to a diagnosed model.
 
-use super::attribution::{Added, Allowed, Attribution, Decision, Selection, excess, worth};
+use super::attribution::{
+    Added, Allowed, Attribution, Considered, Decision, Selection, excess, worth,
+};
 use super::clocks::with_clocks_set;
 use super::command_noise::with_quiet_commands;
 use super::evidence::{Evidence, Model, Side};
@@ -257,17 +259,26 @@ impl<'d> Diagnosis<'d> {
             least_ratio: 0.0,
         };
         let mut after = None;
+        let mut unnamed = None;
         let mut added = Vec::new();
         let mut considered = Vec::new();
         if let (Some(model), Some(mut found)) = (&base.model, attribution) {
             criteria.before = model.loss(Side::HoldOut);
             criteria.after = found.model.loss(Side::HoldOut);
-            after = self.named(&base, model, &mut found, &mut criteria)?;
+            let candidate = self.with_effects(&base, &found, &mut criteria)?;
+            let named = matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
+            if candidate.is_some() && named {
+                self.selection(&base, model).contests(&mut found)?;
+                (after, added) = (candidate, found.added);
+            } else {
+                unnamed = candidate;
+                let chosen = |one: &&mut Considered| one.decision == Decision::Chosen;
+                for one in found.considered.iter_mut().filter(chosen) {
+                    one.decision = Decision::NotNamed;
+                }
+            }
             self.evaluations += found.evaluations;
             considered = found.considered;
-            if after.is_some() {
-                added = found.added;
-            }
         }
         let verdict = criteria.verdict();
         let mut free_form = None;
@@ -281,7 +292,11 @@ impl<'d> Diagnosis<'d> {
             Verdict::Partly => self.located(&after, &noise),
             Verdict::Found | Verdict::None => None,
         };
-        let between = self.between(&after);
+        let mut between = self.between(&after);
+        if let Some(unnamed) = unnamed {
+            let other = self.between(&unnamed).other;
+            between.matters |= other.is_some_and(|other| other.matters());
+        }
         let records = &self.measurements.fit;
         let mut signatures = of_effects(&added, records);
         if signatures.is_empty() {
@@ -369,12 +384,11 @@ impl<'d> Diagnosis<'d> {
         )
     }
 
-    /// The base model with the effects that were `found`, where they explain enough to be named.
-    fn named(
+    /// The base model with the effects that were `found`, and what decides whether they explain enough to be named.
+    fn with_effects(
         &mut self,
         base: &Base,
-        model: &Model,
-        found: &mut Attribution,
+        found: &Attribution,
         criteria: &mut Criteria,
     ) -> Result<Option<Fitted>> {
         if found.added.is_empty() {
@@ -390,19 +404,7 @@ impl<'d> Diagnosis<'d> {
         criteria.swings = left.values().any(|noise| noise.swing.is_some());
         criteria.least_followed = least_followed(&candidate, base.noise);
         criteria.least_ratio = self.least_ratio(&candidate);
-        let named =
-            |criteria: &Criteria| matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
-        if named(criteria) {
-            self.selection(base, model).contests(found)?;
-            return Ok(Some(candidate));
-        }
-        let added: Vec<Effect> = found.added.iter().map(|one: &Added| one.effect).collect();
-        for one in &mut found.considered {
-            if added.contains(&one.effect) {
-                one.decision = Decision::NotNamed;
-            }
-        }
-        Ok(None)
+        Ok(Some(candidate))
     }
 
     /// What the held-out error of every channel is at least over the noise by which `fitted` was tested.
@@ -450,10 +452,12 @@ impl<'d> Diagnosis<'d> {
             true => None,
             false => other_way(after, self.plan),
         };
+        let other = other.map(|other| OtherHold::beside(after, &other, self.measurements));
         Between {
             taken: after.problem.structure.hold,
             known: self.hold_known,
-            other: other.map(|other| OtherHold::beside(after, &other, self.measurements)),
+            matters: other.as_ref().is_some_and(OtherHold::matters),
+            other,
         }
     }
 

@@ -31,12 +31,12 @@ const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.
 const REFITTED: (usize, usize) = (8, 4);
 /// Two models are told apart if their costs differ by this many standard errors.
-const TOLD_APART: f64 = 3.0;
+pub(super) const TOLD_APART: f64 = 3.0;
 /// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
-const SAME_COST: f64 = 0.003;
+pub(super) const SAME_COST: f64 = 0.003;
 /// Of two models that one is no longer taken for the other whose held-out cost is so many times as large, however few events make
 /// the difference.
-const ALIKE: f64 = 2.0;
+pub(super) const ALIKE: f64 = 2.0;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
 const LEFT_OPEN: f64 = 1.3;

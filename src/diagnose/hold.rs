@@ -1,7 +1,7 @@
 //! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried, the
 //! latter first where the valve answers a jump sooner than it could answer a converter.
 
-use super::attribution::Added;
+use super::attribution::{ALIKE, Added, SAME_COST, TOLD_APART};
 use super::evidence::{QUICK, set_start};
 use super::fitted::Fitted;
 use super::identified::Identified;
@@ -17,10 +17,6 @@ use crate::model::{Complete, Hold, Output, Structure};
 use crate::search::polish::polish;
 use crate::search::{Plan, Stoppable, refine};
 
-/// The two are told apart if their squared errors differ by this many standard errors.
-const TOLD_APART: f64 = 3.0;
-/// And by more than this share of the lower one.
-const SAME_COST: f64 = 0.003;
 /// A parameter that moves by less than this share of its value is not reported.
 const NOTABLE: f64 = 0.01;
 
@@ -188,12 +184,13 @@ impl OtherHold {
         let values = taken.problem.values().max(1) as f64;
         let errors = [&own, &others].map(|channels| (squares(channels) / values).sqrt());
         let [cost, other_cost] = errors.map(|error| error * error);
-        let apart = (cost - other_cost).abs() > SAME_COST * cost.min(other_cost);
-        let preferred = match comparison.z {
-            _ if measurements.answers_at_once => Some(Hold::Interpolated),
-            z if apart && z < -TOLD_APART => Some(other.structure.hold),
-            z if apart && z > TOLD_APART => Some(taken.problem.structure.hold),
-            _ => None,
+        let (less, more) = (cost.min(other_cost), cost.max(other_cost));
+        let surely = more > (1.0 + SAME_COST) * less && comparison.z.abs() > TOLD_APART;
+        let preferred = match measurements.answers_at_once {
+            true => Some(Hold::Interpolated),
+            false if !surely && more <= ALIKE * less => None,
+            false if other_cost < cost => Some(other.structure.hold),
+            false => Some(taken.problem.structure.hold),
         };
         let intervals = taken.fit.polished.iter();
         let intervals = intervals.flat_map(|(_, uncertainty)| &uncertainty.intervals);

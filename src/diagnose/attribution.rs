@@ -1,6 +1,7 @@
 //! Which effects the model lacks: add, exchange, drop, until nothing more is significant.
 
 use super::evidence::{Evidence, Model, Side};
+use super::hold::come_closer;
 use super::led::led;
 use super::located::Located;
 use super::screen::{LEVEL, Screened, Screening};
@@ -42,6 +43,8 @@ pub(super) const ALIKE: f64 = 2.0;
 const LEFT_OPEN: f64 = 1.3;
 /// Most of them that hop from valley to valley first, best first.
 const DEEPENED: usize = 2;
+/// Most effects that were tied with the one that was chosen first, with which a selection begins again where something is left.
+const OTHER_BEGINNINGS: usize = 2;
 /// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
 /// Models that leave more than noise have come equally far if what they take differs by less than this share.
@@ -177,6 +180,8 @@ pub(super) struct Attribution {
     pub(super) added: Vec<Added>,
     /// Every effect of every round.
     pub(super) considered: Vec<Considered>,
+    /// Whether something is left, and causes come closer with the other of held and interpolated.
+    pub(super) closer_the_other_way: bool,
     /// Candidates evaluated.
     pub(super) evaluations: usize,
     refits: Refits,
@@ -185,11 +190,14 @@ pub(super) struct Attribution {
 /// What was refitted on top of which effects.
 type Refits = HashMap<Vec<String>, Vec<(Effect, Model)>>;
 
-/// Which effects are looked for.
+/// What the model may lack.
 pub(super) struct Allowed<'a> {
+    /// Which effects are looked for.
     pub(super) asked: &'a [Effect],
     /// Where the base model fails.
     pub(super) located: Option<Located>,
+    /// Whether the command may be held or interpolated between its rows.
+    pub(super) either_hold: bool,
 }
 
 impl Allowed<'_> {
@@ -246,8 +254,32 @@ impl<'a, 'b> Selection<'a, 'b> {
 
     /// Adds effects to `base` until nothing more is significant.
     pub(super) fn run(mut self, base: &Model) -> Result<Attribution> {
-        let mut model = base.clone();
-        let mut order: Vec<Effect> = Vec::new();
+        let (mut model, mut order) = self.grown(base, base.clone(), Vec::new())?;
+        let causes = self.refits.get(&names(base)).cloned().unwrap_or_default();
+        let left = self.stage.goes_on() && !self.evidence.is_followed_by(&model);
+        let either = left && self.allowed.either_hold;
+        let closer_the_other_way = either && come_closer(self.evidence, base, &causes);
+        if left && !closer_the_other_way {
+            self.begin_otherwise(base, causes, &mut model, &mut order)?;
+        }
+        self.drop_superfluous(&mut model, &mut order);
+        Ok(Attribution {
+            added: self.chain(base, &model, &order),
+            model,
+            considered: self.considered,
+            closer_the_other_way,
+            evaluations: self.evaluations,
+            refits: self.refits,
+        })
+    }
+
+    /// `model`, which is `base` with the effects in `order`, with as many more as are significant.
+    fn grown(
+        &mut self,
+        base: &Model,
+        mut model: Model,
+        mut order: Vec<Effect>,
+    ) -> Result<(Model, Vec<Effect>)> {
         let new = |model: &Model, order: &[Effect]| -> Vec<Effect> {
             let has = |effect: &&Effect| {
                 base.structure().effects.contains(effect) || order.contains(effect)
@@ -256,7 +288,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             effects.filter(|effect| !has(effect)).copied().collect()
         };
         let mut exchanges = 0;
-        let mut round = 0;
+        let mut round = order.len();
         // Where the choices so far leave nothing that a verdict asks for, a weak effect may still be seen.
         let mut suffices = false;
         while order.len() < self.max_effects && self.stage.goes_on() {
@@ -287,14 +319,56 @@ impl<'a, 'b> Selection<'a, 'b> {
                 break;
             }
         }
-        self.drop_superfluous(&mut model, &mut order);
-        Ok(Attribution {
-            added: self.chain(base, &model, &order),
-            model,
-            considered: self.considered,
-            evaluations: self.evaluations,
-            refits: self.refits,
-        })
+        Ok((model, order))
+    }
+
+    /// Where the rows did not tell which of the `causes` was to be the first effect of the `order`, the others that it was tied with
+    /// begin as well: one that leads to a complete model, or surely to a better one, takes the place of `model`, which is not.
+    fn begin_otherwise(
+        &mut self,
+        base: &Model,
+        mut causes: Vec<(Effect, Model)>,
+        model: &mut Model,
+        order: &mut Vec<Effect>,
+    ) -> Result<()> {
+        let chosen = |one: &&Considered| one.decision == Decision::Chosen;
+        let first = self.considered.iter().find(chosen);
+        let first = first.and_then(|first| self.refitted(base, first.effect));
+        let Some(first) = first.filter(|_| self.max_effects > 1) else {
+            return Ok(());
+        };
+        causes.retain(|(_, one)| self.same(&first, one) && self.worth(base, one));
+        let loss = |(_, one): &(Effect, Model)| one.loss(Side::HoldOut);
+        causes.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
+        let mut begun = order.clone();
+        causes.retain(|(effect, _)| {
+            let another = !begun.iter().any(|one| one.is_form_of(effect));
+            begun.push(*effect);
+            another
+        });
+        for (effect, start) in causes.into_iter().take(OTHER_BEGINNINGS) {
+            if !self.stage.goes_on() {
+                break;
+            }
+            let noted = self.considered.len();
+            let (other, effects) = self.grown(base, start, vec![effect])?;
+            if !self.evidence.is_followed_by(&other) && !self.outdoes(&other, model) {
+                self.considered.truncate(noted);
+                continue;
+            }
+            let later = self.considered.split_off(noted);
+            self.considered.retain(|one| one.round == 1);
+            for one in &mut self.considered {
+                one.decision = match one.decision {
+                    _ if one.effect == effect => Decision::Chosen,
+                    Decision::Chosen => Decision::Outdone,
+                    other => other,
+                };
+            }
+            self.considered.extend(later);
+            (*model, *order) = (other, effects);
+        }
+        Ok(())
     }
 
     /// The best model with one effect more, or with a pair where none helps alone; `None` where nothing is significant.

@@ -2,27 +2,28 @@
 //! latter first where the valve answers a jump sooner than it could answer a converter.
 
 use super::attribution::{ALIKE, Added, SAME_COST, TOLD_APART};
-use super::evidence::{QUICK, set_start};
+use super::evidence::{Evidence, Model, QUICK, Side, set_start};
 use super::fitted::Fitted;
 use super::identified::Identified;
 use super::measurements::{Measurements, starts};
 use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
 use super::statistics::jumps::{Answers, range};
-use super::verdict::{NEAR, Verdict};
+use super::verdict::Verdict;
 use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Fingerprint, Problem, reference};
+use crate::model::effects::Effect;
 use crate::model::{Complete, Hold, Output, Structure};
 use crate::search::polish::polish;
 use crate::search::{Plan, Stoppable, refine};
+use rayon::prelude::*;
 
 /// A parameter that moves by less than this share of its value is not reported.
 const NOTABLE: f64 = 0.01;
 
-/// The other of held and interpolated is tried with all effects if the error it leaves is less by this share; or more, where the
-/// noise is not reached: what was added may make up for the wrong of the two.
-const MATTERS: f64 = 0.05;
+/// The other of held and interpolated is tried with all effects if it leaves an error that is less by this share.
+const CLOSER: f64 = 0.05;
 /// A result with fewer effects stands if its held-out cost is larger by less than this share.
 const AS_GOOD: f64 = 0.1;
 
@@ -35,8 +36,8 @@ pub struct Between {
     pub known: bool,
     /// The result with the other one; not there where the model says which it is, or the run was stopped.
     pub other: Option<OtherHold>,
-    /// Whether with the other one the effects may be others, be it that these explain too little for a name.
-    pub(super) matters: bool,
+    /// Whether with the other one the result, or a cause of the first round, leaves less.
+    pub(super) closer: bool,
 }
 
 /// A result with the other of held and interpolated, fitted again.
@@ -120,11 +121,30 @@ pub(super) fn complete_other_way(
 }
 
 /// Whether all effects are to be tried with the other of held and interpolated. What is ahead by half an interval may be a command
-/// that went straight on between its rows; so may be what is not followed to its noise, where the other makes a difference.
+/// that went straight on between its rows; and what is not followed may come closer with the other.
 pub(super) fn may_be_the_other_way(result: &Identified) -> bool {
     let leads = |one: &Added| one.effect.leads();
     let left = matches!(result.verdict, Verdict::Partly | Verdict::Unexplained);
-    result.added.iter().any(leads) || (left && result.between.matters)
+    result.added.iter().any(leads) || (left && result.between.closer)
+}
+
+/// Whether with the other of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all
+/// of them do as it was taken. What was added to those may make up for the wrong of the two: they say more than a result.
+pub(super) fn come_closer(evidence: &Evidence, base: &Model, causes: &[(Effect, Model)]) -> bool {
+    let models = || causes.iter().map(|(_, model)| model).chain([base]);
+    let error = |model: &Model| model.loss(Side::HoldOut).sqrt();
+    let least = models().map(error).fold(f64::INFINITY, f64::min);
+    let problems: Vec<Problem> = models().map(|model| model.problem.clone()).collect();
+    problems.into_par_iter().any(|mut problem| {
+        problem.structure.hold = problem.structure.hold.other();
+        let polished = evidence.polished(problem);
+        polished.is_some_and(|other| is_closer([least, error(&other)]))
+    })
+}
+
+/// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.
+pub(super) fn is_closer(errors: [f64; 2]) -> bool {
+    errors[1] < (1.0 - CLOSER) * errors[0]
 }
 
 /// Whether `one` is to be preferred to an `other` result that took the command for the other of held and interpolated: it
@@ -166,13 +186,6 @@ fn held_out_cost(result: &Identified) -> f64 {
 }
 
 impl OtherHold {
-    /// Whether with it the effects may be others.
-    pub(super) fn matters(&self) -> bool {
-        let [taken, other] = self.errors;
-        let apart = (other / taken - 1.0).abs() > MATTERS;
-        apart && (other < taken || taken > NEAR)
-    }
-
     /// `taken` beside `other`, on the fitted rows.
     pub(super) fn beside(taken: &Fitted, other: &Problem, measurements: &Measurements) -> Self {
         let values = Complete::nominal(&other.parameters);

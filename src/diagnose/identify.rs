@@ -9,7 +9,7 @@ use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{
-    Between, OtherHold, complete_other_way, is_as_good, is_complete, is_preferred,
+    Between, OtherHold, complete_other_way, is_as_good, is_closer, is_complete, is_preferred,
     may_be_the_other_way, other_way,
 };
 use super::identified::Identified;
@@ -259,7 +259,7 @@ impl<'d> Diagnosis<'d> {
             least_ratio: 0.0,
         };
         let mut after = None;
-        let mut unnamed = None;
+        let mut closer = false;
         let mut added = Vec::new();
         let mut considered = Vec::new();
         if let (Some(model), Some(mut found)) = (&base.model, attribution) {
@@ -271,7 +271,6 @@ impl<'d> Diagnosis<'d> {
                 self.selection(&base, model).contests(&mut found)?;
                 (after, added) = (candidate, found.added);
             } else {
-                unnamed = candidate;
                 let chosen = |one: &&mut Considered| one.decision == Decision::Chosen;
                 for one in found.considered.iter_mut().filter(chosen) {
                     one.decision = Decision::NotNamed;
@@ -279,6 +278,7 @@ impl<'d> Diagnosis<'d> {
             }
             self.evaluations += found.evaluations;
             considered = found.considered;
+            closer = found.closer_the_other_way;
         }
         let verdict = criteria.verdict();
         let mut free_form = None;
@@ -292,11 +292,7 @@ impl<'d> Diagnosis<'d> {
             Verdict::Partly => self.located(&after, &noise),
             Verdict::Found | Verdict::None => None,
         };
-        let mut between = self.between(&after);
-        if let Some(unnamed) = unnamed {
-            let other = self.between(&unnamed).other;
-            between.matters |= other.is_some_and(|other| other.matters());
-        }
+        let between = self.between(&after, closer);
         let records = &self.measurements.fit;
         let mut signatures = of_effects(&added, records);
         if signatures.is_empty() {
@@ -378,6 +374,7 @@ impl<'d> Diagnosis<'d> {
             Allowed {
                 asked: &base.asked,
                 located: base.located,
+                either_hold: !self.hold_known && !self.measurements.answers_at_once,
             },
             self.options.max_effects,
             &mut self.stage,
@@ -447,7 +444,8 @@ impl<'d> Diagnosis<'d> {
     }
 
     /// What was taken for the command between two rows, beside the result with the other of held and interpolated.
-    fn between(&self, after: &Fitted) -> Between {
+    /// `closer` says whether causes come closer with that.
+    fn between(&self, after: &Fitted, closer: bool) -> Between {
         let other = match self.hold_known || !self.stage.goes_on() {
             true => None,
             false => other_way(after, self.plan),
@@ -456,7 +454,7 @@ impl<'d> Diagnosis<'d> {
         Between {
             taken: after.problem.structure.hold,
             known: self.hold_known,
-            matters: other.as_ref().is_some_and(OtherHold::matters),
+            closer: closer || other.as_ref().is_some_and(|other| is_closer(other.errors)),
             other,
         }
     }

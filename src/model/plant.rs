@@ -39,13 +39,17 @@ pub trait Dynamics<R: Real> {
         R::constant(0.0)
     }
 
-    /// The time derivative of the state at this stage of an integration step.
+    /// How many of `N` states there is room for it has.
+    fn states<const N: usize>(&self) -> usize;
+
+    /// The time derivative of the state at this stage of an integration step, as far as it has states.
     fn derivative<const N: usize>(
         &self,
         state: &[R; N],
         input: &Input<R>,
         stage: &Stage<R>,
-    ) -> [R; N];
+        slope: &mut [R; N],
+    );
 
     /// What happens at the end of an integration `step` from `before` to `state`: the spool sticks or meets a stop, and
     /// what filters an output follows it. The `inputs` are those at the step's start and end.
@@ -139,6 +143,7 @@ impl View for Alone {
 pub struct Plant<R> {
     base: BaseEquations<R>,
     attached: Attached<R>,
+    states: usize,
     initial: Initial,
     observes_flow: bool,
     /// Whether anything filters an output, and whether that is the flow.
@@ -163,6 +168,7 @@ impl<R: Real> Plant<R> {
                 states,
                 &mut || given.next_value(),
             ),
+            states: structure.states().len(),
             initial: structure.initial,
             observes_flow: structure.observes_flow(),
             filters: (
@@ -282,17 +288,28 @@ impl<R: Real> Dynamics<R> for Plant<R> {
     }
 
     #[inline(always)]
+    fn states<const N: usize>(&self) -> usize {
+        self.states.min(N)
+    }
+
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "an iterator is not always inlined, and only what is inlined is compiled for wide vectors"
+    )]
+    #[inline(always)]
     fn derivative<const N: usize>(
         &self,
         state: &[R; N],
         input: &Input<R>,
         stage: &Stage<R>,
-    ) -> [R; N] {
-        let mut slope = [R::constant(0.0); N];
+        slope: &mut [R; N],
+    ) {
+        for i in 0..self.states::<N>() {
+            slope[i] = R::constant(0.0);
+        }
         each_base!(BaseEquations, &self.base, base => {
-            base.derivative(&self.attached, state, input, stage, &mut slope);
+            base.derivative(&self.attached, state, input, stage, slope);
         });
-        slope
     }
 
     #[inline(always)]
@@ -433,20 +450,25 @@ impl<R: Real> Dynamics<R> for BarePlant<R> {
     }
 
     #[inline(always)]
+    fn states<const N: usize>(&self) -> usize {
+        N
+    }
+
+    #[inline(always)]
     fn derivative<const N: usize>(
         &self,
         state: &[R; N],
         input: &Input<R>,
         stage: &Stage<R>,
-    ) -> [R; N] {
-        let mut slope = [R::constant(0.0); N];
+        slope: &mut [R; N],
+    ) {
+        *slope = [R::constant(0.0); N];
         if N == AN_ACTUATOR {
             let actuator = self.actuator();
             (slope[0], slope[1]) = actuator.derivative(state[0], state[1], input.command);
-            return slope;
+            return;
         }
-        self.base.derivative(&Bare, state, input, stage, &mut slope);
-        slope
+        self.base.derivative(&Bare, state, input, stage, slope);
     }
 
     #[inline(always)]

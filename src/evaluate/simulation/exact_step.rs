@@ -90,10 +90,13 @@ impl<R: Real> Course<R> {
         length: R,
     ) {
         if let Some(began) = self.speed {
-            let between = actuator.middle([before, Place::of(state)], length);
-            let mut middle = *state;
-            (middle[0], middle[1]) = (between.integrator, between.spool);
-            if let Some(passes) = plant.carried(&middle, half)
+            let after = Place::of(state);
+            let between = actuator.middle([before, after], length);
+            // Not a copy: a state is long.
+            (state[0], state[1]) = (between.integrator, between.spool);
+            let passes = plant.carried(state, half);
+            (state[0], state[1]) = (after.integrator, after.spool);
+            if let Some(passes) = passes
                 && let Some(ends) = plant.carried(state, end)
             {
                 let simpson = (began + R::constant(4.0) * passes) + ends;

@@ -4,7 +4,7 @@ use crate::evaluate::simulation::exact_step::Course;
 use crate::model::actuator::Actuator;
 use crate::model::effects::Stage;
 use crate::model::exact_step::{Place, Stride};
-use crate::model::integrate::advance;
+use crate::model::integrate::RungeKutta;
 use crate::model::real::trace::Trace;
 use crate::model::{
     Complete, Dynamics, Hold, Input, MOST_STATES, Output, Outputs, Plant, Real, Structure,
@@ -117,14 +117,9 @@ fn traced(
     let command = plant.command(&mut remembered, arrived);
     let delay = plant.delay().unwrap_or(Traced::constant(0.0));
     let observed = plant.observe(&state, &now);
-    let moved = advance::<Traced, MOST_STATES, _>(
-        &plant,
-        state,
-        ["start", "middle", "end"]
-            .map(|when| input(trace, when))
-            .each_ref(),
-        step,
-    );
+    let inputs = ["start", "middle", "end"].map(|when| input(trace, when));
+    let mut moved = state;
+    RungeKutta::new().advance(&plant, &mut moved, inputs.each_ref(), step);
 
     let padded = |values| padded(values, &names);
     const INPUT: (&str, Kind) = ("input", Kind::Input);
@@ -177,7 +172,8 @@ fn traced(
         slip_direction,
         ..Stage::first(now.command, now.time)
     };
-    let slope = plant.derivative(&state, &now, &stage);
+    let mut slope = [Traced::constant(0.0); MOST_STATES];
+    plant.derivative(&state, &now, &stage, &mut slope);
     functions.push(function(
         "derivative",
         &[PLANT, STATE, INPUT],

@@ -5,7 +5,7 @@ use crate::evaluate::problem::loss::SizedLoss;
 use crate::evaluate::problem::{SAMPLES_PER_PERIOD, Sample, Series, Tone, Wave};
 use crate::evaluate::simulation::exact_step::{travel, travel_late};
 use crate::evaluate::simulation::transport_delay::TransportDelay;
-use crate::model::integrate::advance;
+use crate::model::integrate::RungeKutta;
 use crate::model::{
     Complete, Dynamics, Hold, Input, Output, Outputs, Real, Structure, Valued, View,
 };
@@ -59,6 +59,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
     let exact_steps = plant.exact_step::<N>(structure);
     let steps = structure.steps_of_an_exact_step();
     let mut stride = None;
+    let mut integrator = RungeKutta::new();
     for (k, sample) in samples.iter().enumerate() {
         #[allow(
             clippy::manual_map,
@@ -95,7 +96,16 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
                 );
             }
             (Some(delayed), None) if D::DELAYS => {
-                interval(structure, plant, &mut state, input, [sample, next], delayed);
+                let late = [sample, next];
+                interval(
+                    structure,
+                    plant,
+                    &mut integrator,
+                    &mut state,
+                    input,
+                    late,
+                    delayed,
+                );
             }
             (Some(_), _) => unreachable!("nothing delays"),
             (None, Some(actuator)) => {
@@ -135,7 +145,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
                             straight.each_ref()
                         }
                     };
-                    state = advance::<R, N, D>(plant, state, inputs, step);
+                    integrator.advance(plant, &mut state, inputs, step);
                 }
             }
         }
@@ -148,6 +158,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
 fn interval<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
     plant: &D,
+    integrator: &mut RungeKutta<R, N>,
     state: &mut [R; N],
     input: Input<R>,
     samples: [&Sample; 2],
@@ -155,7 +166,7 @@ fn interval<R: Valued, const N: usize, D: Dynamics<R>>(
 ) {
     R::outlined(
         #[inline(always)]
-        || interval_inline(structure, plant, state, input, samples, delayed),
+        || interval_inline(structure, plant, integrator, state, input, samples, delayed),
     );
 }
 
@@ -163,6 +174,7 @@ fn interval<R: Valued, const N: usize, D: Dynamics<R>>(
 fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
     plant: &D,
+    integrator: &mut RungeKutta<R, N>,
     state: &mut [R; N],
     mut input: Input<R>,
     [sample, next]: [&Sample; 2],
@@ -208,7 +220,7 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
                     straight.each_ref()
                 }
             };
-            *state = advance::<R, N, D>(plant, *state, inputs, step);
+            integrator.advance(plant, state, inputs, step);
         }
         begin = end;
     }
@@ -407,6 +419,7 @@ pub fn response<R: Real>(
     let nothing = Outputs::all(R::constant(0.0));
     let mut state: [R; 2] = plant.initial(&at_rest, &nothing);
     let mut sum = [R::constant(0.0); 2];
+    let mut integrator = RungeKutta::new();
     for period in 0..tone.settle + tone.measure {
         let mut chunk = [R::constant(0.0); 2];
         for sample in 0..SAMPLES_PER_PERIOD {
@@ -420,7 +433,7 @@ pub fn response<R: Real>(
                 let half_step = first + 2 * j;
                 let middle = on_tone(amplitude, wave.table[(half_step + 1) * stride]);
                 let end = on_tone(amplitude, wave.table[(half_step + 2) * stride]);
-                state = advance::<R, 2, _>(plant, state, [&start, &middle, &end], step);
+                integrator.advance(plant, &mut state, [&start, &middle, &end], step);
                 start = end;
             }
         }

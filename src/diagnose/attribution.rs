@@ -5,6 +5,7 @@ use super::hold::come_closer;
 use super::led::led;
 use super::located::Located;
 use super::screen::{LEVEL, Screened, Screening};
+use super::sought::least_costly;
 use super::stage::Stage;
 use super::verdict::{NEAR, taken};
 use super::wide::widely;
@@ -31,6 +32,8 @@ const LEAST_OF_AN_EQUAL_SHARE: f64 = 0.5;
 const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.
 const REFITTED: (usize, usize) = (8, 4);
+/// Most effects that are polished to the end in a round after the first, or in the place of another.
+const FOLLOWED: usize = 4;
 /// Two models are told apart if their costs differ by this many standard errors.
 pub(super) const TOLD_APART: f64 = 3.0;
 /// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
@@ -107,7 +110,8 @@ pub enum Decision {
     NotEnough,
     /// Its predicted reduction is no larger than by chance.
     NotSignificant,
-    /// It is significant, but its predicted reduction is far smaller than that of the best.
+    /// It is significant, but its predicted reduction is far smaller than that of the best, or others cost less after a polish of
+    /// few steps.
     FarLess,
     /// It was chosen, but what is left is too much to name it.
     NotNamed,
@@ -121,7 +125,9 @@ impl Decision {
             Self::Outdone => "helps, but less than the one chosen or with more parameters",
             Self::NotEnough => "refitted: does not lower the held-out error enough",
             Self::NotSignificant => "not significant: chance promises as much",
-            Self::FarLess => "significant, but promises far less than the best",
+            Self::FarLess => {
+                "significant, but promises far less than the best, or costs more after a few steps"
+            }
             Self::NotNamed => "helps, but leaves too much: no name for what is missing",
         }
     }
@@ -475,18 +481,26 @@ impl<'a, 'b> Selection<'a, 'b> {
             starts.push((one.effect, found));
         }
         self.stage.begins(&format!("round {round}: polishing"));
-        let polished: Vec<(Effect, Model)> = starts
+        // A few steps tell the starts of an effect apart, and in later rounds the effects.
+        let begun: Vec<(f64, Effect, Problem)> = starts
             .into_par_iter()
-            .filter_map(|(effect, start)| Some((effect, self.evidence.polished(start)?)))
+            .filter_map(|(effect, start)| {
+                let (cost, problem) = self.evidence.polished_a_little(start)?;
+                Some((cost, effect, problem))
+            })
             .collect();
+        let most = match round {
+            1 => usize::MAX,
+            _ => FOLLOWED,
+        };
+        let models: Vec<(Effect, Model)> = least_costly(begun, most, 1)
+            .into_par_iter()
+            .filter_map(|(effect, best)| Some((effect, self.evidence.polished(best)?)))
+            .collect();
+        self.evaluations += models.iter().map(|one| one.1.evaluations).sum::<usize>();
         // Of rivals that were not all refitted none is the best.
         if !self.stage.goes_on() {
             return Ok(Vec::new());
-        }
-        let mut models: Vec<(Effect, Model)> = Vec::new();
-        for (effect, one) in polished {
-            self.evaluations += one.evaluations;
-            keep_better(&mut models, effect, one);
         }
         self.refits.insert(key, models.clone());
         Ok(models)
@@ -710,9 +724,16 @@ impl<'a, 'b> Selection<'a, 'b> {
             forms.map(move |form| (effect, form))
         });
         let changes: Vec<(Effect, Effect)> = changes.collect();
-        let others: Vec<Model> = changes
+        let begun: Vec<(f64, Effect, Problem)> = changes
             .into_par_iter()
-            .filter_map(|(effect, form)| self.evidence.handed_on(model, effect, form))
+            .filter_map(|(effect, form)| {
+                let (cost, begun) = self.evidence.handed_on(model, effect, form)?;
+                Some((cost, form, begun))
+            })
+            .collect();
+        let others: Vec<Model> = least_costly(begun, FOLLOWED, 1)
+            .into_par_iter()
+            .filter_map(|(_, begun)| self.evidence.polished(begun))
             .collect();
         self.evaluations += others.iter().map(|one| one.evaluations).sum::<usize>();
         let better: Vec<&Model> = others

@@ -2,7 +2,7 @@
 
 use super::fitted::{CHANCE, Fitted, least_ratio, left_over};
 use super::linear::Linear;
-use super::measurements::{Measurements, starts};
+use super::measurements::{Measurements, sought_on, starts};
 use super::signals::Signals;
 use super::simulation::{Compared, Sides, residual_in_all_rows};
 use super::statistics::line::strongest_line;
@@ -32,7 +32,7 @@ pub(super) const QUICK: PolishOptions = PolishOptions {
     max_iterations: 40,
     gradient_tolerance: 1e-6,
     step_tolerance: 1e-7,
-    cost_tolerance: 1e-6,
+    cost_tolerance: 1e-5,
     damping: 1e-3,
 };
 /// A polish that shows which way a start leads.
@@ -54,6 +54,8 @@ pub(super) struct Evidence {
     pub(super) fit: Arc<Data>,
     /// Held out.
     pub(super) hold_out: Arc<Data>,
+    /// Those of the fitted ones on which effects are sought.
+    pub(super) sought_on: Arc<Data>,
     /// One over the noise variance of each output.
     pub(super) scale: Outputs<f64>,
     /// What an error costs in the fits, where that is not its square.
@@ -158,7 +160,12 @@ impl Evidence {
                 .for_each(|record| record.set_steps(rate, 1));
             Arc::new(Data::Series(records))
         };
+        let sought_on = match measurements.is_static {
+            true => chosen_by.fit.clone(),
+            false => sought_on(&chosen_by.fit),
+        };
         Self {
+            sought_on: steps(sought_on),
             fit: steps(chosen_by.fit),
             hold_out: steps(chosen_by.hold_out),
             scale: before.problem.scale,
@@ -323,9 +330,14 @@ impl Evidence {
         })
     }
 
-    /// `model` with another `form` in the place of its `effect`, fitted from there: with every trial of the form's, and with the
-    /// size that the effect had.
-    pub(super) fn handed_on(&self, model: &Model, effect: Effect, form: Effect) -> Option<Model> {
+    /// `model` with another `form` in the place of its `effect`, where a polish of few steps leads from there, with what it costs:
+    /// with the best of the form's trials, or with the size that the effect had.
+    pub(super) fn handed_on(
+        &self,
+        model: &Model,
+        effect: Effect,
+        form: Effect,
+    ) -> Option<(f64, Problem)> {
         let structure = model.structure().without(effect).with(form);
         let had = effect.parameters(&self.sizes).into_iter().next();
         let had = had.and_then(|size| {
@@ -347,7 +359,7 @@ impl Evidence {
             }
             trial
         });
-        self.polished_best(trials.into_iter().chain(sized).map(begun))
+        self.best_begun(trials.into_iter().chain(sized).map(begun))
     }
 
     /// `model` with `other` in the place of its `effect`, fitted from where the loop has the effect's poles and the other those of
@@ -397,14 +409,13 @@ impl Evidence {
             };
             self.extended(&loop_alone, other, &released)
         });
-        self.polished_best(begun)
+        self.polished(self.best_begun(begun)?.1)
     }
 
-    /// The one of `begun` that costs least after a polish of few steps, polished.
-    fn polished_best(&self, begun: impl Iterator<Item = Problem>) -> Option<Model> {
+    /// The one of `begun` that costs least after a polish of few steps, and what it costs.
+    fn best_begun(&self, begun: impl Iterator<Item = Problem>) -> Option<(f64, Problem)> {
         let polished = begun.filter_map(|problem| self.polished_a_little(problem));
-        let (_, problem) = polished.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        self.polished(problem)
+        polished.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The parameters of `model` where its loop has the poles of its `effect`, which is of second order.
@@ -446,6 +457,21 @@ impl Evidence {
             .collect()
     }
 
+    /// `problem` on the rows on which effects are sought.
+    pub(super) fn seeking(&self, problem: &Problem) -> Problem {
+        Problem {
+            data: self.sought_on.clone(),
+            ..problem.clone()
+        }
+    }
+
+    /// What `problem` costs at its start on those rows, a value; infinite where it diverges.
+    pub(super) fn cost(&self, problem: &Problem) -> f64 {
+        let problem = self.seeking(problem);
+        let cost = reference::cost(&problem, &problem.start());
+        cost.map_or(f64::INFINITY, |cost| cost / problem.values() as f64)
+    }
+
     /// Searches by `method` around the start of each problem, all at once. Returns the problems, starting at the best that was
     /// found, and the candidates evaluated.
     pub(super) fn searched(
@@ -455,13 +481,20 @@ impl Evidence {
         evaluator: &mut dyn Evaluator,
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<(Vec<Problem>, usize)> {
+        let seeking: Vec<Problem> = problems.iter().map(|one| self.seeking(one)).collect();
         let begin = |problem| {
             let own = || search::Start::From(Problem::start(problem));
             RunningSearch::begin(problem, method, own(), self.seed)
         };
-        let mut searches = problems.iter().map(begin).collect::<Result<Vec<_>>>()?;
+        let mut searches = seeking.iter().map(begin).collect::<Result<Vec<_>>>()?;
         run_in_lockstep(&mut searches, evaluator, progress)?;
-        Ok(found(searches))
+        let (found, evaluations) = found(searches);
+        let begun = problems.iter().cloned().zip(found);
+        let begun = begun.map(|(mut problem, found)| {
+            set_start(&mut problem, &found.start());
+            problem
+        });
+        Ok((begun.collect(), evaluations))
     }
 
     /// Residuals and derivatives at the problem's start; `None` where it diverges, or the run was stopped.
@@ -472,15 +505,15 @@ impl Evidence {
         }
     }
 
-    /// What a polish of few steps makes of the problem's start, and its cost; `None` where that diverges, or the run was stopped
-    /// before its end.
+    /// What a polish of few steps makes of the problem's start on the rows on which effects are sought, and its cost there, a
+    /// value; `None` where that diverges, or the run was stopped before its end.
     pub(super) fn polished_a_little(&self, problem: Problem) -> Option<(f64, Problem)> {
         let (cost, problem, _) = self.polished_led(problem, &Lead::default(), &SHORT)?;
         Some((cost, problem))
     }
 
-    /// What a polish makes of the problem's start while it is led, its cost and the candidates evaluated; `None` where that
-    /// diverges, or the run was stopped before its end.
+    /// What a polish on those rows makes of the problem's start while it is led, its cost, a value, and the candidates evaluated;
+    /// `None` where that diverges, or the run was stopped before its end.
     pub(super) fn polished_led(
         &self,
         mut problem: Problem,
@@ -488,15 +521,16 @@ impl Evidence {
         options: &PolishOptions,
     ) -> Option<(f64, Problem, usize)> {
         let interrupt = self.memory.interrupt();
+        let seeking = self.seeking(&problem);
         let key = || {
             let mut fingerprint = Fingerprint::default();
             let text = format!("short polish {options:?} {lead:?}");
-            fingerprint.text(&text).problem(&problem).finish()
+            fingerprint.text(&text).problem(&seeking).finish()
         };
         let polished: Option<(f64, Vec<f64>, usize)> = self.memory.once(key, || {
-            let mut stoppable = Stoppable::led(&problem, interrupt, lead);
-            let polished =
-                polish(&mut stoppable, &problem.free(), &problem.start(), options).ok()?;
+            let mut stoppable = Stoppable::led(&seeking, interrupt, lead);
+            let (free, start) = (seeking.free(), seeking.start());
+            let polished = polish(&mut stoppable, &free, &start, options).ok()?;
             Some((polished.cost, polished.values, polished.evaluations))
         });
         if interrupt.asked() {
@@ -504,7 +538,7 @@ impl Evidence {
         }
         let (cost, values, evaluations) = polished?;
         set_start(&mut problem, &values);
-        Some((cost, problem, evaluations))
+        Some((cost / seeking.values() as f64, problem, evaluations))
     }
 
     /// Polishes from the problem's start; `None` where that diverges, or the run was stopped before its end.
@@ -668,6 +702,7 @@ pub(super) mod tests {
         let nothing = Arc::new(Data::Series(Vec::new()));
         Evidence {
             fit: nothing.clone(),
+            sought_on: nothing.clone(),
             hold_out: nothing,
             scale: Outputs::all(1.0),
             loss: None,
@@ -806,6 +841,7 @@ pub(super) mod tests {
         }
         evidence.fit = Arc::new(Data::Series(series));
         evidence.hold_out = evidence.fit.clone();
+        evidence.sought_on = evidence.fit.clone();
         evidence
     }
 
@@ -825,7 +861,8 @@ pub(super) mod tests {
         let start = [&values[..3], &[at("slew_limit_windup", 120.0)]].concat();
         let problem = evidence.problem(&bare.with(sharp), &start);
         let model = evidence.polished(problem).unwrap();
-        let other = evidence.handed_on(&model, sharp, rounded).unwrap();
+        let (_, begun) = evidence.handed_on(&model, sharp, rounded).unwrap();
+        let other = evidence.polished(begun).unwrap();
         let loss = |model: &Model| model.loss(Side::Fit).sqrt();
         println!("{} -> {}", loss(&model), loss(&other));
         assert!(loss(&model) > 1e-3 && loss(&other) < 1e-6);

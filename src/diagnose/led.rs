@@ -84,9 +84,9 @@ pub(super) fn led(
     }
     let (mut models, more) = polished(evidence, model, running);
     evaluations += more;
-    let losses = models.iter().map(|(_, one)| one.loss(Side::Fit));
-    let free = losses.fold(model.loss(Side::Fit), f64::min);
-    first.retain(|(cost, _, problem)| cost / (problem.values() as f64) < ASTRAY * free);
+    let free = models.iter().map(|(_, one)| evidence.cost(&one.problem));
+    let free = free.fold(evidence.cost(&model.problem), f64::min);
+    first.retain(|(cost, ..)| *cost < ASTRAY * free);
     if !first.is_empty() {
         let close = least_costly(first, CLOSE.0, CLOSE.1);
         let (close, more) = nearby(evidence, model, close, progress)?;

@@ -18,6 +18,9 @@ pub const ROWS: usize = 250_000;
 /// Effects are chosen by about so many rows of either side, if it has more: with all of them each model that is tried takes as
 /// many times as long, and says as much.
 const CHOSEN_BY: usize = 20_000;
+/// And sought on about so many of those that are fitted, in stretches of so many at least: what is found there is fitted to all by
+/// which they are chosen.
+const SOUGHT_ON: (usize, usize) = (2400, 600);
 
 /// A stretch of a record too long to be used whole has at least about so many rows.
 const STRETCH: usize = 4096;
@@ -151,7 +154,7 @@ impl Measurements {
             let stretches = match share < 1.0 {
                 true => {
                     let command = &record.command().values;
-                    stretches(command, 0..command.len(), share, fitted)
+                    stretches(command, 0..command.len(), share, STRETCH, fitted)
                 }
                 false => whole_record(record.samples(), fitted),
             };
@@ -256,7 +259,7 @@ impl Measurements {
             true => usize::MAX,
             false => CHOSEN_BY,
         };
-        lively(records, most)
+        lively(records, most, STRETCH)
     }
 
     /// Rows that count, fitted and held out.
@@ -312,19 +315,31 @@ impl Stretch {
     }
 }
 
-/// Lively stretches of the long ones of `records`, and the others whole, such that all together have about `most` rows that count.
-fn lively(records: &[Series], most: usize) -> impl Iterator<Item = (&Series, Stretch)> {
+/// The rows of the fitted `records` on which effects are sought.
+pub(super) fn sought_on(records: &[Series]) -> Vec<Series> {
+    let (most, stretch) = SOUGHT_ON;
+    let stretches = lively(records, most, stretch);
+    stretches.map(|(record, one)| one.of(record)).collect()
+}
+
+/// Lively stretches of the long ones of `records`, of about so many rows each, and the others whole, such that all together have
+/// about `most` rows that count.
+fn lively(
+    records: &[Series],
+    most: usize,
+    stretch: usize,
+) -> impl Iterator<Item = (&Series, Stretch)> {
     let rows = |record: &Series| first_counting(record)..record.samples.len();
     let all: usize = records.iter().map(|record| rows(record).len()).sum();
     let share = most as f64 / all as f64;
     records.iter().flat_map(move |record| {
         let counts = rows(record);
-        let some = match share >= 1.0 || (counts.len() as f64 * share) < (2 * STRETCH) as f64 {
+        let some = match share >= 1.0 || (counts.len() as f64 * share) < (2 * stretch) as f64 {
             true => vec![Stretch { run_in: 0, counts }],
             false => {
                 let samples = record.samples.iter();
                 let command: Vec<f64> = samples.map(|row| row.input.command).collect();
-                stretches(&command, counts.clone(), share, counts.end)
+                stretches(&command, counts.clone(), share, stretch, counts.end)
             }
         };
         some.into_iter().map(move |stretch| (record, stretch))
@@ -367,11 +382,18 @@ fn held_in_turn(command: &[f64], share: f64) -> Vec<bool> {
     held
 }
 
-/// Stretches all along those `rows` of a record with this `command` that count, which have about `share` of them: of each of equal
-/// sections the one in which the command moves most. None lies on both sides of row `fitted`, and either side has one.
-fn stretches(command: &[f64], rows: Range<usize>, share: f64, fitted: usize) -> Vec<Stretch> {
+/// Stretches of about `stretch` rows all along those `rows` of a record with this `command` that count, which have about `share` of
+/// them: of each of equal sections the one in which the command moves most. None lies on both sides of row `fitted`, and either
+/// side has one.
+fn stretches(
+    command: &[f64],
+    rows: Range<usize>,
+    share: f64,
+    stretch: usize,
+    fitted: usize,
+) -> Vec<Stretch> {
     let wanted = (rows.len() as f64 * share) as usize;
-    let count = (wanted / STRETCH).clamp(2, STRETCHES);
+    let count = (wanted / stretch).clamp(2, STRETCHES);
     let length = (wanted / count).max(1);
     let travel: Vec<f64> = std::iter::once(0.0)
         .chain(command.windows(2).scan(0.0, |sum, pair| {
@@ -443,7 +465,7 @@ mod tests {
             }
         };
         let cut = |records: &[Series]| -> Vec<Series> {
-            let stretches = lively(records, CHOSEN_BY);
+            let stretches = lively(records, CHOSEN_BY, STRETCH);
             stretches.map(|(record, one)| one.of(record)).collect()
         };
         let some = cut(&[record(60_000, 0), record(90_000, 30_000), record(1000, 0)]);
@@ -464,6 +486,10 @@ mod tests {
                 .all(|one| one.time[first_counting(one)] >= 30_000.0)
         );
         assert_eq!(cut(&[record(20_000, 0)])[0].samples.len(), 20_000);
+        let few = sought_on(&[record(7000, 0), record(1000, 0)]);
+        let counts: Vec<usize> = few.iter().map(|one| counted(&one.samples)).collect();
+        assert_eq!(counts, [700, 700, 700, 1000]);
+        assert_eq!(sought_on(&[record(2400, 0)])[0].samples.len(), 2400);
     }
 
     #[test]
@@ -501,7 +527,7 @@ mod tests {
         ) {
             let fitted = ((1.0 - held) * rows as f64).round() as usize;
             let command: Vec<f64> = (0..rows).map(|row| (0.01 * row as f64).sin()).collect();
-            let all = stretches(&command, 0..rows, share, fitted);
+            let all = stretches(&command, 0..rows, share, STRETCH, fitted);
             let used: usize = all.iter().map(|one| one.counts.len()).sum();
             prop_assert!(used as f64 <= (share * rows as f64).max(2.0), "{used}");
             prop_assert!(used as f64 >= 0.4 * (share * rows as f64).floor(), "{used} of {rows}");
@@ -522,7 +548,7 @@ mod tests {
         // At rest but for a step near the end of each side.
         let moved = |row: usize| f64::from(u8::from((6000..6100).contains(&row) || row >= 9500));
         let command: Vec<f64> = (0..10_000).map(moved).collect();
-        let all = stretches(&command, 0..10_000, 0.1, 7000);
+        let all = stretches(&command, 0..10_000, 0.1, STRETCH, 7000);
         assert_eq!(all.len(), 2);
         let alive = |one: &Stretch| {
             let rows = &command[one.counts.clone()];

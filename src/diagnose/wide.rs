@@ -47,7 +47,7 @@ pub(super) fn widely(
         .map(|((effect, start), around)| {
             let problem = evidence.extended(model, effect, &start);
             let space = space(evidence, effect, &problem, start.released, around);
-            ((effect, problem), space)
+            ((effect, problem), evidence.seeking(&space))
         })
         .unzip();
     let method = Settings::scattered();
@@ -55,13 +55,19 @@ pub(super) fn widely(
     let mut searches = spaces.iter().map(begin).collect::<Result<Vec<_>>>()?;
     race(&mut searches, evaluator, progress)?;
     let (found, evaluations) = found(searches);
-    let led: Vec<(f64, Effect, Problem)> = problems
+    let best: Vec<(f64, Effect, Problem)> = problems
         .into_par_iter()
         .zip(found)
-        .filter_map(|((effect, mut problem), found)| {
+        .map(|((effect, mut problem), found)| {
             for (own, found) in problem.parameters.iter_mut().zip(&found.parameters) {
                 own.set_nominal(own.clamp(found.nominal()));
             }
+            (evidence.cost(&problem), effect, problem)
+        })
+        .collect();
+    let led: Vec<(f64, Effect, Problem)> = least_costly(best, usize::MAX, 1)
+        .into_par_iter()
+        .filter_map(|(effect, problem)| {
             let (cost, problem) = evidence.polished_a_little(problem)?;
             Some((cost, effect, problem))
         })

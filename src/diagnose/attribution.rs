@@ -261,12 +261,14 @@ impl<'a, 'b> Selection<'a, 'b> {
     /// Adds effects to `base` until nothing more is significant.
     pub(super) fn run(mut self, base: &Model) -> Result<Attribution> {
         let (mut model, mut order) = self.grown(base, base.clone(), Vec::new())?;
-        let causes = self.refits.get(&names(base)).cloned().unwrap_or_default();
-        let left = self.stage.goes_on() && !self.evidence.is_followed_by(&model);
-        let either = left && self.allowed.either_hold;
-        let closer_the_other_way = either && come_closer(self.evidence, base, &causes);
-        if left && !closer_the_other_way {
-            self.begin_otherwise(base, causes, &mut model, &mut order)?;
+        let mut closer_the_other_way = false;
+        if self.stage.goes_on() && !self.evidence.is_followed_by(&model) {
+            let causes = self.refits.get(&names(base)).cloned().unwrap_or_default();
+            closer_the_other_way =
+                self.allowed.either_hold && come_closer(self.evidence, base, &causes);
+            if !closer_the_other_way {
+                self.begin_otherwise(base, causes, &mut model, &mut order)?;
+            }
         }
         self.drop_superfluous(&mut model, &mut order);
         Ok(Attribution {
@@ -337,7 +339,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         model: &mut Model,
         order: &mut Vec<Effect>,
     ) -> Result<()> {
-        let chosen = |one: &&Considered| one.decision == Decision::Chosen;
+        let chosen = |one: &&Considered| one.round == 1 && one.decision == Decision::Chosen;
         let first = self.considered.iter().find(chosen);
         let first = first.and_then(|first| self.refitted(base, first.effect));
         let Some(first) = first.filter(|_| self.max_effects > 1) else {

@@ -1,30 +1,23 @@
 //! Which effects the model lacks: add, exchange, drop, until nothing more is significant.
 
+use super::added::{Added, Considered, Contest, Decision, Rival};
 use super::evidence::{Evidence, Model, Side};
 use super::hold::come_closer;
 use super::led::led;
 use super::located::Located;
+use super::preference::{LEAST_OF_COST, equally_far};
 use super::screen::{LEVEL, Screened, Screening};
-use super::sought::least_costly;
+use super::sought::{begun, least_costly, to_the_end};
 use super::stage::Stage;
-use super::verdict::{NEAR, taken};
+use super::verdict::taken;
 use super::wide::widely;
-use super::{Comparison, improvement};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, known};
-use crate::model::{Complete, Parameter, Structure};
 use crate::search::Method;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// An effect must take this share of the held-out cost: less is seen by nobody, whatever its significance.
-const LEAST_OF_COST: f64 = 0.02;
-/// And this share of what the base model leaves above the noise: the rest may be the form of an effect already found.
-const LEAST_OF_EXCESS: f64 = 0.03;
-/// Unless it takes this share of what is still left above the noise: where the first effect was large, what follows is small
-/// beside it, and plain.
-const LEAST_OF_LEFT: f64 = 0.4;
 /// The largest of so many effects as may still be added takes as large a share of what is left as each of as many equal ones, if
 /// they take all of it together. One that takes less than this part of that is the first of a pile that is never named.
 const LEAST_OF_AN_EQUAL_SHARE: f64 = 0.5;
@@ -34,13 +27,6 @@ const PLAUSIBLE: f64 = 0.25;
 const REFITTED: (usize, usize) = (8, 4);
 /// Most effects that are polished to the end in a round after the first, or in the place of another.
 const FOLLOWED: usize = 4;
-/// Two models are told apart if their costs differ by this many standard errors.
-pub(super) const TOLD_APART: f64 = 3.0;
-/// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
-pub(super) const SAME_COST: f64 = 0.003;
-/// Of two models that one is no longer taken for the other whose held-out cost is so many times as large, however few events make
-/// the difference.
-pub(super) const ALIKE: f64 = 2.0;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
 const LEFT_OPEN: f64 = 1.3;
@@ -50,132 +36,6 @@ const DEEPENED: usize = 2;
 const OTHER_BEGINNINGS: usize = 2;
 /// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
-/// Models that leave more than noise have come equally far if what they take differs by less than this share.
-const EQUALLY_FAR: f64 = 0.01;
-
-/// A structure as it was fitted on the way to the result.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Refit {
-    /// The structure.
-    pub structure: Structure,
-    /// All its parameters, whose start values are the fitted ones.
-    pub parameters: Vec<Parameter>,
-}
-
-impl Refit {
-    /// Values of all parameters.
-    pub fn values(&self) -> Complete<f64> {
-        Complete::nominal(&self.parameters)
-    }
-}
-
-impl From<&Problem> for Refit {
-    fn from(problem: &Problem) -> Self {
-        Self {
-            structure: problem.structure.clone(),
-            parameters: problem.parameters.clone(),
-        }
-    }
-}
-
-/// What became of an effect that was looked at.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Considered {
-    /// The effect.
-    pub effect: Effect,
-    /// The round, from 1.
-    pub round: usize,
-    /// Share of the fitted cost by which it is predicted to fall, linearised, in percent.
-    pub predicted_reduction: f64,
-    /// Chance of as large a predicted reduction by any effect where none is missing.
-    pub p_value: f64,
-    /// Its test statistic over the critical value: above 1 it is significant.
-    pub test_ratio: f64,
-    /// The model so far with it; only where it was refitted.
-    pub refit: Option<Refit>,
-    /// Held-out error with it, RMS in units of noise over all channels; only where it was refitted.
-    pub error: Option<f64>,
-    /// Whether it was chosen, and why.
-    pub decision: Decision,
-}
-
-/// Why an effect was or was not chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Decision {
-    /// With it the held-out error is the lowest.
-    Chosen,
-    /// It helps, but less than the one chosen, or with more parameters.
-    Outdone,
-    /// Refitted, it does not lower the held-out error enough.
-    NotEnough,
-    /// Its predicted reduction is no larger than by chance.
-    NotSignificant,
-    /// It is significant, but its predicted reduction is far smaller than that of the best, or others cost less after a polish of
-    /// few steps.
-    FarLess,
-    /// It was chosen, but what is left is too much to name it.
-    NotNamed,
-}
-
-impl Decision {
-    /// The decision in words.
-    pub fn describe(self) -> &'static str {
-        match self {
-            Self::Chosen => "chosen: lowest held-out error",
-            Self::Outdone => "helps, but less than the one chosen or with more parameters",
-            Self::NotEnough => "refitted: does not lower the held-out error enough",
-            Self::NotSignificant => "not significant: chance promises as much",
-            Self::FarLess => {
-                "significant, but promises far less than the best, or costs more after a few steps"
-            }
-            Self::NotNamed => "helps, but leaves too much: no name for what is missing",
-        }
-    }
-}
-
-/// An effect of the result.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Added {
-    /// The effect.
-    pub effect: Effect,
-    /// Effects that the record cannot tell from it.
-    pub tied_with: Vec<Effect>,
-    /// Held-out error without it, RMS in units of noise over all channels.
-    pub error_before: f64,
-    /// The same with it.
-    pub error_after: f64,
-    /// What it is compared on with its closest rival.
-    pub contest: Option<Contest>,
-}
-
-impl Added {
-    /// What share it takes of what was left above the noise.
-    pub(super) fn taken(&self) -> f64 {
-        taken(self.error_before.powi(2), self.error_after.powi(2))
-    }
-}
-
-/// The result beside the same model with one effect less, and with another instead.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Contest {
-    /// The result without the effect, fitted again.
-    pub without: Refit,
-    /// The result.
-    pub with: Refit,
-    /// The effect that does best instead, if any other is plausible.
-    pub rival: Option<Rival>,
-}
-
-/// An effect instead of another.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Rival {
-    /// The effect.
-    pub effect: Effect,
-    /// The result with it instead.
-    pub refit: Refit,
-    /// Its held-out error, RMS in units of noise over all channels.
-    pub error: f64,
-}
 
 /// The result of the selection.
 #[derive(Debug, Clone)]
@@ -188,8 +48,6 @@ pub(super) struct Attribution {
     pub(super) considered: Vec<Considered>,
     /// Whether something is left, and causes come closer with the other of held and interpolated.
     pub(super) closer_the_other_way: bool,
-    /// Candidates evaluated.
-    pub(super) evaluations: usize,
     refits: Refits,
 }
 
@@ -231,7 +89,6 @@ pub(super) struct Selection<'a, 'b> {
     pub(super) excess: f64,
     refits: Refits,
     considered: Vec<Considered>,
-    evaluations: usize,
 }
 
 impl<'a, 'b> Selection<'a, 'b> {
@@ -251,10 +108,9 @@ impl<'a, 'b> Selection<'a, 'b> {
             allowed,
             max_effects,
             stage,
-            excess: excess(base),
+            excess: base.excess(),
             refits: Refits::new(),
             considered: Vec::new(),
-            evaluations: 0,
         }
     }
 
@@ -276,7 +132,6 @@ impl<'a, 'b> Selection<'a, 'b> {
             model,
             considered: self.considered,
             closer_the_other_way,
-            evaluations: self.evaluations,
             refits: self.refits,
         })
     }
@@ -345,7 +200,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         let Some(first) = first.filter(|_| self.max_effects > 1) else {
             return Ok(());
         };
-        causes.retain(|(_, one)| self.same(&first, one) && self.worth(base, one));
+        causes.retain(|(_, one)| self.evidence.same(&first, one) && self.worth(base, one));
         let loss = |(_, one): &(Effect, Model)| one.loss(Side::HoldOut);
         causes.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
         let mut begun = order.clone();
@@ -360,7 +215,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             }
             let noted = self.considered.len();
             let (other, effects) = self.grown(base, start, vec![effect])?;
-            if !self.evidence.is_followed_by(&other) && !self.outdoes(&other, model) {
+            if !self.evidence.is_followed_by(&other) && !self.evidence.outdoes(&other, model) {
                 self.considered.truncate(noted);
                 continue;
             }
@@ -427,7 +282,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             .map(|(_, one)| one)
             .filter(|one| self.worth(model, one))
             .collect();
-        let best = self.best(&accepted).cloned();
+        let best = self.evidence.best(&accepted).cloned();
         let of = best.as_ref().and_then(|best| {
             let new = |effect: &&Effect| !model.structure().effects.contains(effect);
             best.structure().effects.iter().copied().find(|e| new(&e))
@@ -466,12 +321,11 @@ impl<'a, 'b> Selection<'a, 'b> {
         ));
         let first = |one: &&Screened| self.evidence.extended(model, one.effect, &one.starts[0].0);
         let first: Vec<Problem> = plausible.iter().map(first).collect();
-        let (found, evaluations) =
-            self.evidence
-                .searched(&first, self.method, self.evaluator, &mut |done| {
-                    self.stage.generation(done)
-                })?;
-        self.evaluations += evaluations;
+        let found = self
+            .evidence
+            .searched(&first, self.method, self.evaluator, &mut |done| {
+                self.stage.generation(done)
+            })?;
         if !self.stage.goes_on() {
             return Ok(Vec::new());
         }
@@ -480,26 +334,16 @@ impl<'a, 'b> Selection<'a, 'b> {
             for (start, _) in one.starts.iter().take(2) {
                 starts.push((one.effect, self.evidence.extended(model, one.effect, start)));
             }
-            starts.push((one.effect, found));
+            starts.push((one.effect, found.problem));
         }
         self.stage.begins(&format!("round {round}: polishing"));
         // A few steps tell the starts of an effect apart, and in later rounds the effects.
-        let begun: Vec<(f64, Effect, Problem)> = starts
-            .into_par_iter()
-            .filter_map(|(effect, start)| {
-                let (cost, problem) = self.evidence.polished_a_little(start)?;
-                Some((cost, effect, problem))
-            })
-            .collect();
+        let begun = begun(self.evidence, starts);
         let most = match round {
             1 => usize::MAX,
             _ => FOLLOWED,
         };
-        let models: Vec<(Effect, Model)> = least_costly(begun, most, 1)
-            .into_par_iter()
-            .filter_map(|(effect, best)| Some((effect, self.evidence.polished(best)?)))
-            .collect();
-        self.evaluations += models.iter().map(|one| one.1.evaluations).sum::<usize>();
+        let models = to_the_end(self.evidence, least_costly(begun, most, 1));
         // Of rivals that were not all refitted none is the best.
         if !self.stage.goes_on() {
             return Ok(Vec::new());
@@ -530,7 +374,6 @@ impl<'a, 'b> Selection<'a, 'b> {
         best.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         for i in best.into_iter().take(DEEPENED) {
             if let Some(deeper) = self.evidence.deepened(&models[i].1) {
-                self.evaluations += deeper.evaluations;
                 models[i].1 = deeper;
             }
         }
@@ -556,10 +399,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             Some((other, evidence.with_limit_for_loop(model, *effect, other)?))
         });
         let exchanged: Vec<(Effect, Model)> = pairs.chain(limited).collect();
-        for (effect, one) in exchanged {
-            self.evaluations += one.evaluations;
-            keep_better(models, effect, one);
-        }
+        take_in(models, exchanged);
     }
 
     /// Adds to the `models` with one effect more those that were led along the measurement, where they are better.
@@ -575,7 +415,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         let found = led(self.evidence, model, effects, &mut |done| {
             self.stage.generation(done)
         })?;
-        self.take_in(models, found);
+        take_in(models, found);
         Ok(())
     }
 
@@ -594,67 +434,13 @@ impl<'a, 'b> Selection<'a, 'b> {
         let found = widely(self.evidence, model, effects, self.evaluator, &mut |done| {
             self.stage.generation(done)
         })?;
-        self.take_in(models, found);
+        take_in(models, found);
         Ok(())
     }
 
-    /// Adds to the `models` those that were found in so many evaluations, where they are better.
-    fn take_in(
-        &mut self,
-        models: &mut Vec<(Effect, Model)>,
-        (found, evaluations): (Vec<(Effect, Model)>, usize),
-    ) {
-        self.evaluations += evaluations;
-        for (effect, one) in found {
-            keep_better(models, effect, one);
-        }
-    }
-
-    /// [`worth`] on this selection's evidence.
+    /// [`Evidence::worth`] beside the base model of this selection.
     fn worth(&self, before: &Model, after: &Model) -> bool {
-        worth(self.evidence, self.excess, before, after)
-    }
-
-    /// Whether the rows, fitted and held out, surely prefer the first model to the second.
-    fn surely_better(&self, first: &Model, second: &Model) -> bool {
-        let all = |model: &Model| -> Vec<Vec<f64>> {
-            let sides = model.fit.iter().zip(&model.hold_out);
-            sides
-                .map(|(fit, hold)| [&fit[..], &hold[..]].concat())
-                .collect()
-        };
-        let mut starts = self.evidence.starts(Side::Fit);
-        let fitted = first.fit.first().map_or(0, Vec::len);
-        let held = self.evidence.starts(Side::HoldOut);
-        starts.extend(held.iter().map(|start| start + fitted));
-        let weights = vec![1.0; first.fit.len()];
-        let cost = |model: &Model| {
-            let rows = |side| model.residuals(side).iter().flatten();
-            let both = rows(Side::Fit).chain(rows(Side::HoldOut));
-            both.map(|r| r * r).sum::<f64>()
-        };
-        let z = Comparison::new(&all(first), &all(second), &weights, &starts).z;
-        z < -TOLD_APART && cost(first) < (1.0 - SAME_COST) * cost(second)
-    }
-
-    /// Whether the rows cannot tell which of two models is better.
-    fn same(&self, first: &Model, second: &Model) -> bool {
-        let [one, other] = [first, second].map(|model| model.loss(Side::HoldOut));
-        one.max(other) < ALIKE * one.min(other)
-            && !self.surely_better(first, second)
-            && !self.surely_better(second, first)
-    }
-
-    /// The model with the lowest held-out error; of those that cannot be told from it the one with fewest parameters.
-    fn best<'m>(&self, models: &[&'m Model]) -> Option<&'m Model> {
-        let loss = |model: &Model| model.loss(Side::HoldOut);
-        let lowest = models.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)))?;
-        models
-            .iter()
-            .filter(|one| self.same(lowest, one))
-            .min_by(|a, b| size(a).cmp(&size(b)).then(loss(a).total_cmp(&loss(b))))
-            .or(Some(lowest))
-            .copied()
+        self.evidence.worth(self.excess, before, after)
     }
 
     /// Two effects that explain together what neither does alone.
@@ -684,12 +470,11 @@ impl<'a, 'b> Selection<'a, 'b> {
                 self.evidence.polished(both)
             })
             .collect();
-        self.evaluations += models.iter().map(|one| one.evaluations).sum::<usize>();
         if !self.stage.goes_on() {
             return Ok(None);
         }
         let accepted: Vec<&Model> = models.iter().filter(|one| self.worth(model, one)).collect();
-        Ok(self.best(&accepted).cloned())
+        Ok(self.evidence.best(&accepted).cloned())
     }
 
     /// A model that is surely better with one of its effects exchanged for another.
@@ -703,7 +488,7 @@ impl<'a, 'b> Selection<'a, 'b> {
                 continue;
             };
             for (_, other) in self.alternatives(&reduced)? {
-                if self.outdoes(&other, model) && other.structure() != model.structure() {
+                if self.evidence.outdoes(&other, model) && other.structure() != model.structure() {
                     return Ok(Some(other));
                 }
             }
@@ -726,28 +511,16 @@ impl<'a, 'b> Selection<'a, 'b> {
             forms.map(move |form| (effect, form))
         });
         let changes: Vec<(Effect, Effect)> = changes.collect();
-        let begun: Vec<(f64, Effect, Problem)> = changes
-            .into_par_iter()
-            .filter_map(|(effect, form)| {
-                let (cost, begun) = self.evidence.handed_on(model, effect, form)?;
-                Some((cost, form, begun))
-            })
-            .collect();
-        let others: Vec<Model> = least_costly(begun, FOLLOWED, 1)
-            .into_par_iter()
-            .filter_map(|(_, begun)| self.evidence.polished(begun))
-            .collect();
-        self.evaluations += others.iter().map(|one| one.evaluations).sum::<usize>();
+        let begun = changes.into_par_iter().filter_map(|(effect, form)| {
+            Some((form, self.evidence.handed_on(model, effect, form)?))
+        });
+        let others = to_the_end(self.evidence, least_costly(begun.collect(), FOLLOWED, 1));
         let better: Vec<&Model> = others
             .iter()
-            .filter(|one| self.outdoes(one, model))
+            .map(|(_, one)| one)
+            .filter(|one| self.evidence.outdoes(one, model))
             .collect();
-        self.best(&better).cloned()
-    }
-
-    /// Whether `first` is surely better than `second`, on held-out rows as well.
-    fn outdoes(&self, first: &Model, second: &Model) -> bool {
-        first.loss(Side::HoldOut) < second.loss(Side::HoldOut) && self.surely_better(first, second)
+        self.evidence.best(&better).cloned()
     }
 
     /// `model` without `effect`, fitted again.
@@ -847,13 +620,12 @@ impl<'a, 'b> Selection<'a, 'b> {
             });
             let ties = rivals.iter().filter(|(other, rival)| {
                 // What a form has more than the one that is as good is not needed: that is no other cause.
-                let richer = other.is_form_of(&effect) && size(rival) > size(model);
-                let tied = self.same(rival, model) || equally_far(&reduced, model, rival);
+                let richer = other.is_form_of(&effect) && rival.size() > model.size();
+                let tied = self.evidence.same(rival, model) || equally_far(&reduced, model, rival);
                 !richer && tied && self.worth(&reduced, rival)
             });
             one.tied_with = ties.map(|(other, _)| *other).collect();
         }
-        found.evaluations += self.evaluations;
         Ok(())
     }
 
@@ -891,50 +663,15 @@ impl<'a, 'b> Selection<'a, 'b> {
     }
 }
 
-/// Held-out cost of a model above the noise.
-pub(super) fn excess(model: &Model) -> f64 {
-    (model.loss(Side::HoldOut) - 1.0).max(0.0)
-}
-
-/// Whether two models that leave more than noise have come equally far from `reduced`. Neither law is that of the valve then, and
-/// which of them errs a little less says nothing of the cause.
-fn equally_far(reduced: &Model, model: &Model, rival: &Model) -> bool {
-    let [before, one, other] = [reduced, model, rival].map(excess);
-    one > NEAR * NEAR - 1.0 && other - one < EQUALLY_FAR * (before - one)
-}
-
-/// Parameters that are fitted.
-fn size(model: &Model) -> usize {
-    model.problem.free().len()
-}
-
-/// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough. `excess` is the
-/// base model's held-out cost above the noise.
-pub(super) fn worth(evidence: &Evidence, excess: f64, before: &Model, after: &Model) -> bool {
-    let (old, new) = (before.loss(Side::HoldOut), after.loss(Side::HoldOut));
-    let plain = (LEAST_OF_EXCESS * excess).min(LEAST_OF_LEFT * self::excess(before));
-    let least = plain.max(LEAST_OF_COST * old);
-    if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
-        return false;
-    }
-    let weights = vec![1.0; before.hold_out.len()];
-    let starts = evidence.starts(Side::HoldOut);
-    let gain = improvement(
-        &before.hold_out,
-        &after.hold_out,
-        &weights,
-        &starts,
-        evidence.seed,
-    );
-    gain.percent.low > 0.0
-}
-
-/// Adds `one` with `effect` to `models`, or puts it in the place of what follows the fitted rows less closely with that.
-fn keep_better(models: &mut Vec<(Effect, Model)>, effect: Effect, one: Model) {
-    match models.iter_mut().find(|(other, _)| *other == effect) {
-        Some((_, known)) if known.loss(Side::Fit) <= one.loss(Side::Fit) => {}
-        Some((_, known)) => *known = one,
-        None => models.push((effect, one)),
+/// Adds to the `models` those that were `found`, each in the place of one with the same effect that follows the fitted rows less
+/// closely.
+fn take_in(models: &mut Vec<(Effect, Model)>, found: Vec<(Effect, Model)>) {
+    for (effect, one) in found {
+        match models.iter_mut().find(|(other, _)| *other == effect) {
+            Some((_, known)) if known.loss(Side::Fit) <= one.loss(Side::Fit) => {}
+            Some((_, known)) => *known = one,
+            None => models.push((effect, one)),
+        }
     }
 }
 

@@ -26,6 +26,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
 pub(super) const QUICK: PolishOptions = PolishOptions {
@@ -48,7 +49,7 @@ const SHORT: PolishOptions = PolishOptions {
 const HEADROOM: f64 = 3.0;
 
 /// Measured rows, fitted and held out, with errors in units of each channel's noise.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Evidence {
     /// Fitted.
     pub(super) fit: Arc<Data>,
@@ -70,6 +71,8 @@ pub(super) struct Evidence {
     pub(super) seed: u64,
     /// What was computed before the run was cut off.
     pub(super) memory: Memory,
+    /// Candidates evaluated on it so far.
+    evaluations: AtomicUsize,
 }
 
 /// A structure fitted to the evidence.
@@ -84,8 +87,6 @@ pub(super) struct Model {
     pub(super) hold_out: Vec<Vec<f64>>,
     /// How many values either side has that were measured.
     pub(super) measured: Sides<usize>,
-    /// Candidates evaluated for it.
-    pub(super) evaluations: usize,
 }
 
 impl Model {
@@ -118,6 +119,15 @@ impl Model {
     pub(super) fn structure(&self) -> &Structure {
         &self.problem.structure
     }
+}
+
+/// A model with one effect more, where it is polished to the end from if it is to be followed.
+#[derive(Debug, Clone)]
+pub(super) struct Begun {
+    /// The model, and as its start values where it has come.
+    pub(super) problem: Problem,
+    /// What it costs there on the rows on which effects are sought, a value.
+    pub(super) cost: f64,
 }
 
 /// Where the search for an effect begins.
@@ -175,7 +185,17 @@ impl Evidence {
             base: before.problem.parameters.clone(),
             seed: CHANCE,
             memory: plan.memory.clone(),
+            evaluations: AtomicUsize::default(),
         }
+    }
+
+    /// Candidates evaluated so far.
+    pub(super) fn evaluations(&self) -> usize {
+        self.evaluations.load(Ordering::Relaxed)
+    }
+
+    fn count(&self, evaluations: usize) {
+        self.evaluations.fetch_add(evaluations, Ordering::Relaxed);
     }
 
     /// The base model on this evidence; `None` where it diverges or nothing was held out.
@@ -330,14 +350,9 @@ impl Evidence {
         })
     }
 
-    /// `model` with another `form` in the place of its `effect`, where a polish of few steps leads from there, with what it costs:
-    /// with the best of the form's trials, or with the size that the effect had.
-    pub(super) fn handed_on(
-        &self,
-        model: &Model,
-        effect: Effect,
-        form: Effect,
-    ) -> Option<(f64, Problem)> {
+    /// `model` with another `form` in the place of its `effect`, where a polish of few steps leads from there: with the best of the
+    /// form's trials, or with the size that the effect had.
+    pub(super) fn handed_on(&self, model: &Model, effect: Effect, form: Effect) -> Option<Begun> {
         let structure = model.structure().without(effect).with(form);
         let had = effect.parameters(&self.sizes).into_iter().next();
         let had = had.and_then(|size| {
@@ -409,13 +424,13 @@ impl Evidence {
             };
             self.extended(&loop_alone, other, &released)
         });
-        self.polished(self.best_begun(begun)?.1)
+        self.polished(self.best_begun(begun)?.problem)
     }
 
-    /// The one of `begun` that costs least after a polish of few steps, and what it costs.
-    fn best_begun(&self, begun: impl Iterator<Item = Problem>) -> Option<(f64, Problem)> {
-        let polished = begun.filter_map(|problem| self.polished_a_little(problem));
-        polished.min_by(|a, b| a.0.total_cmp(&b.0))
+    /// The one of `starts` that costs least after a polish of few steps.
+    fn best_begun(&self, starts: impl Iterator<Item = Problem>) -> Option<Begun> {
+        let begun = starts.filter_map(|start| self.polished_a_little(start));
+        begun.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// The parameters of `model` where its loop has the poles of its `effect`, which is of second order.
@@ -472,15 +487,14 @@ impl Evidence {
         cost.map_or(f64::INFINITY, |cost| cost / problem.values() as f64)
     }
 
-    /// Searches by `method` around the start of each problem, all at once. Returns the problems, starting at the best that was
-    /// found, and the candidates evaluated.
+    /// The best that a search by `method` finds around the start of each of the `problems`, all at once.
     pub(super) fn searched(
         &self,
         problems: &[Problem],
         method: &dyn Method,
         evaluator: &mut dyn Evaluator,
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<(Vec<Problem>, usize)> {
+    ) -> Result<Vec<Begun>> {
         let seeking: Vec<Problem> = problems.iter().map(|one| self.seeking(one)).collect();
         let begin = |problem| {
             let own = || search::Start::From(Problem::start(problem));
@@ -488,13 +502,34 @@ impl Evidence {
         };
         let mut searches = seeking.iter().map(begin).collect::<Result<Vec<_>>>()?;
         run_in_lockstep(&mut searches, evaluator, progress)?;
-        let (found, evaluations) = found(searches);
-        let begun = problems.iter().cloned().zip(found);
-        let begun = begun.map(|(mut problem, found)| {
-            set_start(&mut problem, &found.start());
-            problem
-        });
-        Ok((begun.collect(), evaluations))
+        Ok(self.found(problems.iter().cloned(), searches))
+    }
+
+    /// The best that the `searches` found for each of the `problems`, whose parameters they share, or its start where that is
+    /// better.
+    pub(super) fn found(
+        &self,
+        problems: impl Iterator<Item = Problem>,
+        searches: Vec<RunningSearch>,
+    ) -> Vec<Begun> {
+        let both: Vec<(Problem, RunningSearch)> = problems.zip(searches).collect();
+        let found = |(mut problem, running): (Problem, RunningSearch)| {
+            let RunningSearch {
+                problem: space,
+                search,
+            } = running;
+            self.count(search.evaluations());
+            let cost = |free: &[f64]| reference::cost(space, free).unwrap_or(f64::INFINITY);
+            let (best, start) = (search.best().0, space.start());
+            let costs = [cost(best), cost(&start)];
+            let better = costs[0] < costs[1];
+            set_start(&mut problem, if better { best } else { &start });
+            Begun {
+                cost: costs[usize::from(!better)] / space.values() as f64,
+                problem,
+            }
+        };
+        both.into_par_iter().map(found).collect()
     }
 
     /// Residuals and derivatives at the problem's start; `None` where it diverges, or the run was stopped.
@@ -505,21 +540,20 @@ impl Evidence {
         }
     }
 
-    /// What a polish of few steps makes of the problem's start on the rows on which effects are sought, and its cost there, a
-    /// value; `None` where that diverges, or the run was stopped before its end.
-    pub(super) fn polished_a_little(&self, problem: Problem) -> Option<(f64, Problem)> {
-        let (cost, problem, _) = self.polished_led(problem, &Lead::default(), &SHORT)?;
-        Some((cost, problem))
+    /// What a polish of few steps makes of the problem's start on the rows on which effects are sought; `None` where that diverges,
+    /// or the run was stopped before its end.
+    pub(super) fn polished_a_little(&self, problem: Problem) -> Option<Begun> {
+        self.polished_led(problem, &Lead::default(), &SHORT)
     }
 
-    /// What a polish on those rows makes of the problem's start while it is led, its cost, a value, and the candidates evaluated;
-    /// `None` where that diverges, or the run was stopped before its end.
+    /// What a polish on those rows makes of the problem's start while it is led; `None` where that diverges, or the run was stopped
+    /// before its end.
     pub(super) fn polished_led(
         &self,
         mut problem: Problem,
         lead: &Lead,
         options: &PolishOptions,
-    ) -> Option<(f64, Problem, usize)> {
+    ) -> Option<Begun> {
         let interrupt = self.memory.interrupt();
         let seeking = self.seeking(&problem);
         let key = || {
@@ -537,8 +571,12 @@ impl Evidence {
             return None;
         }
         let (cost, values, evaluations) = polished?;
+        self.count(evaluations);
         set_start(&mut problem, &values);
-        Some((cost / seeking.values() as f64, problem, evaluations))
+        Some(Begun {
+            cost: cost / seeking.values() as f64,
+            problem,
+        })
     }
 
     /// Polishes from the problem's start; `None` where that diverges, or the run was stopped before its end.
@@ -546,7 +584,6 @@ impl Evidence {
         let interrupt = self.memory.interrupt();
         let free = problem.free();
         let start = problem.start();
-        let mut evaluations = 0;
         if !free.is_empty() {
             let key = || {
                 let mut fingerprint = Fingerprint::default();
@@ -559,8 +596,8 @@ impl Evidence {
             if interrupt.asked() {
                 return None;
             }
-            let (values, flats, count) = polished?;
-            evaluations = count;
+            let (values, flats, evaluations) = polished?;
+            self.count(evaluations);
             let held_out = &self.hold_out;
             let set = set_by_held_out(&problem, interrupt, &values, &flats, held_out, &QUICK);
             set_start(&mut problem, &set.values);
@@ -579,7 +616,6 @@ impl Evidence {
             problem,
             fit,
             hold_out,
-            evaluations,
         })
     }
 
@@ -588,9 +624,9 @@ impl Evidence {
         let mut problem = self.problem(model.structure(), &self.base);
         let (values, evaluations) =
             hop_on(&problem, &model.problem.start(), self.seed, &self.memory);
+        self.count(evaluations);
         set_start(&mut problem, &values?);
-        let mut deeper = self.polished(problem)?;
-        deeper.evaluations += evaluations;
+        let deeper = self.polished(problem)?;
         (deeper.loss(Side::Fit) < model.loss(Side::Fit)).then_some(deeper)
     }
 
@@ -623,21 +659,6 @@ fn first_piece(records: &[Series], output: Output) -> Range<usize> {
         }
     }
     begin..begin
-}
-
-/// The problems of `searches`, each starting at the best that was found, and the candidates evaluated.
-pub(super) fn found(searches: Vec<RunningSearch>) -> (Vec<Problem>, usize) {
-    let evaluations = searches.iter().map(|one| one.search.evaluations()).sum();
-    let found = |RunningSearch { problem, search }: RunningSearch| {
-        let mut found = problem.clone();
-        let best = search.best().0;
-        let cost = |free: &[f64]| reference::cost(problem, free).unwrap_or(f64::INFINITY);
-        if cost(best) < cost(&problem.start()) {
-            set_start(&mut found, best);
-        }
-        found
-    };
-    (searches.into_par_iter().map(found).collect(), evaluations)
 }
 
 /// Lets the free parameters start at `values`.
@@ -711,6 +732,7 @@ pub(super) mod tests {
             base,
             seed: 1,
             memory: Memory::default(),
+            evaluations: AtomicUsize::default(),
         }
     }
 
@@ -720,7 +742,6 @@ pub(super) mod tests {
             fit: Vec::new(),
             hold_out: Vec::new(),
             measured: Sides::default(),
-            evaluations: 0,
         }
     }
 
@@ -861,8 +882,8 @@ pub(super) mod tests {
         let start = [&values[..3], &[at("slew_limit_windup", 120.0)]].concat();
         let problem = evidence.problem(&bare.with(sharp), &start);
         let model = evidence.polished(problem).unwrap();
-        let (_, begun) = evidence.handed_on(&model, sharp, rounded).unwrap();
-        let other = evidence.polished(begun).unwrap();
+        let begun = evidence.handed_on(&model, sharp, rounded).unwrap();
+        let other = evidence.polished(begun.problem).unwrap();
         let loss = |model: &Model| model.loss(Side::Fit).sqrt();
         println!("{} -> {}", loss(&model), loss(&other));
         assert!(loss(&model) > 1e-3 && loss(&other) < 1e-6);

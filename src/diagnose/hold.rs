@@ -1,11 +1,12 @@
 //! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried, the
 //! latter first where the valve answers a jump sooner than it could answer a converter.
 
-use super::attribution::{ALIKE, Added, SAME_COST, TOLD_APART};
+use super::added::Added;
 use super::evidence::{Evidence, Model, QUICK, Side, set_start};
 use super::fitted::Fitted;
 use super::identified::Identified;
 use super::measurements::{Measurements, starts};
+use super::preference::{plainly_differ, surely_differ};
 use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
 use super::statistics::jumps::{Answers, range};
@@ -196,13 +197,11 @@ impl OtherHold {
         let comparison = Comparison::new(&others, &own, &vec![1.0; own.len()], &starts(records));
         let values = taken.problem.values().max(1) as f64;
         let errors = [&own, &others].map(|channels| (squares(channels) / values).sqrt());
-        let [cost, other_cost] = errors.map(|error| error * error);
-        let (less, more) = (cost.min(other_cost), cost.max(other_cost));
-        let surely = more > (1.0 + SAME_COST) * less && comparison.z.abs() > TOLD_APART;
+        let costs = errors.map(|error| error * error);
         let preferred = match measurements.answers_at_once {
             true => Some(Hold::Interpolated),
-            false if !surely && more <= ALIKE * less => None,
-            false if other_cost < cost => Some(other.structure.hold),
+            false if !surely_differ(comparison.z, costs) && !plainly_differ(costs) => None,
+            false if costs[1] < costs[0] => Some(other.structure.hold),
             false => Some(taken.problem.structure.hold),
         };
         let intervals = taken.fit.polished.iter();

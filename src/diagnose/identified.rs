@@ -1,6 +1,6 @@
 //! The result of a diagnosis.
 
-use super::attribution::{Added, Considered};
+use super::added::{Added, Considered};
 use super::fitted::{Fitted, TOLERATED, variance};
 use super::free_form::FoundForm;
 use super::hold::Between;

@@ -1,8 +1,7 @@
 //! The procedure: from records to a diagnosed model.
 
-use super::attribution::{
-    Added, Allowed, Attribution, Considered, Decision, Selection, excess, worth,
-};
+use super::added::{Added, Considered, Decision};
+use super::attribution::{Allowed, Attribution, Selection};
 use super::clocks::with_clocks_set;
 use super::command_noise::with_quiet_commands;
 use super::evidence::{Evidence, Model, Side};
@@ -276,7 +275,6 @@ impl<'d> Diagnosis<'d> {
                     one.decision = Decision::NotNamed;
                 }
             }
-            self.evaluations += found.evaluations;
             considered = found.considered;
             closer = found.closer_the_other_way;
         }
@@ -293,6 +291,7 @@ impl<'d> Diagnosis<'d> {
             Verdict::Found | Verdict::None => None,
         };
         let between = self.between(&after, closer);
+        self.evaluations += base.evidence.evaluations();
         let records = &self.measurements.fit;
         let mut signatures = of_effects(&added, records);
         if signatures.is_empty() {
@@ -434,7 +433,7 @@ impl<'d> Diagnosis<'d> {
         };
         self.stage.begins("a correction of free form");
         let forms = free_forms(&base.evidence, model);
-        let helps = |form: &&Model| worth(&base.evidence, excess(model), model, form);
+        let helps = |form: &&Model| base.evidence.worth(model.excess(), model, form);
         let Some(best) = forms.iter().find(helps) else {
             return Ok(None);
         };

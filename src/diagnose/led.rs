@@ -4,8 +4,8 @@
 //! it go ways of its own. Led, it follows the measurement with any parameters, and what each step is off by leads to the right
 //! ones from nearly anywhere.
 
-use super::evidence::{Evidence, Model, Side, set_start};
-use super::sought::{around, first_starts, least_costly, polished};
+use super::evidence::{Begun, Evidence, Model, Side, set_start};
+use super::sought::{around, better, first_starts, least_costly};
 use crate::Result;
 use crate::evaluate::{CpuEvaluator, Lead, Precision, Problem};
 use crate::model::effects::{Effect, Port};
@@ -40,16 +40,16 @@ const LED: PolishOptions = PolishOptions {
     damping: 1e-3,
 };
 
-/// `model` with each of `effects` that acts before the spool and follows the fitted rows more closely, and the candidates
-/// evaluated for them. Empty where nothing shows the spool.
+/// `model` with each of `effects` that acts before the spool and follows the fitted rows more closely. Empty where nothing shows
+/// the spool.
 pub(super) fn led(
     evidence: &Evidence,
     model: &Model,
     effects: &[Effect],
     progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
-) -> Result<(Vec<(Effect, Model)>, usize)> {
+) -> Result<Vec<(Effect, Model)>> {
     let Some(lead) = lead(evidence, model) else {
-        return Ok((Vec::new(), 0));
+        return Ok(Vec::new());
     };
     let moves = |effect: &&Effect| matches!(effect.entry.port, Port::Command | Port::Actuator);
     let starts = effects.iter().filter(moves).flat_map(|&effect| {
@@ -57,7 +57,7 @@ pub(super) fn led(
         starts.into_iter().map(move |problem| (effect, problem))
     });
     let mut running: Vec<(Effect, Problem)> = starts.collect();
-    let (mut first, mut evaluations) = (Vec::new(), 0);
+    let mut first = Vec::new();
     for k in 0..RATES.1 {
         let (most, alike) = LED_ON[usize::from(k > 0)];
         let rate = FIRST_SHARE / evidence.sizes.interval * RATES.0.powi(-k);
@@ -65,44 +65,35 @@ pub(super) fn led(
             rate,
             ..lead.clone()
         };
-        let found: Vec<(f64, Effect, Problem, usize)> = running
+        let found: Vec<(Effect, Begun)> = running
             .into_par_iter()
             .filter_map(|(effect, problem)| {
-                let (cost, problem, count) = evidence.polished_led(problem, &lead, &LED)?;
-                Some((cost, effect, problem, count))
+                Some((effect, evidence.polished_led(problem, &lead, &LED)?))
             })
             .collect();
-        evaluations += found.iter().map(|(.., count)| count).sum::<usize>();
-        let found = found
-            .into_iter()
-            .map(|(cost, effect, problem, _)| (cost, effect, problem));
-        let found: Vec<(f64, Effect, Problem)> = found.collect();
         if k == 0 {
             first = found.clone();
         }
         running = least_costly(found, most, alike);
     }
-    let (mut models, more) = polished(evidence, model, running);
-    evaluations += more;
+    let mut models = better(evidence, model, running);
     let free = models.iter().map(|(_, one)| evidence.cost(&one.problem));
     let free = free.fold(evidence.cost(&model.problem), f64::min);
-    first.retain(|(cost, ..)| *cost < ASTRAY * free);
+    first.retain(|(_, one)| one.cost < ASTRAY * free);
     if !first.is_empty() {
         let close = least_costly(first, CLOSE.0, CLOSE.1);
-        let (close, more) = nearby(evidence, model, close, progress)?;
-        models.extend(close);
-        evaluations += more;
+        models.extend(nearby(evidence, model, close, progress)?);
     }
-    Ok((models, evaluations))
+    Ok(models)
 }
 
-/// `model` with what was `found` led and is sought around there, and the candidates evaluated for it.
+/// `model` with what was `found` led and is sought around there.
 fn nearby(
     evidence: &Evidence,
     model: &Model,
     mut found: Vec<(Effect, Problem)>,
     progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
-) -> Result<(Vec<(Effect, Model)>, usize)> {
+) -> Result<Vec<(Effect, Model)>> {
     let space = |(_, problem): &(Effect, Problem)| {
         let mut space = problem.clone();
         let free = space.parameters.iter_mut().filter(|one| !one.is_fixed());
@@ -113,12 +104,11 @@ fn nearby(
     let spaces: Vec<Problem> = found.iter().map(space).collect();
     // In f32 the ripples are other ones.
     let mut exact = CpuEvaluator::new(Precision::F64);
-    let (best, evaluations) = evidence.searched(&spaces, &NEARBY, &mut exact, progress)?;
+    let best = evidence.searched(&spaces, &NEARBY, &mut exact, progress)?;
     for ((_, problem), best) in found.iter_mut().zip(best) {
-        set_start(problem, &best.start());
+        set_start(problem, &best.problem.start());
     }
-    let (models, more) = polished(evidence, model, found);
-    Ok((models, evaluations + more))
+    Ok(better(evidence, model, found))
 }
 
 /// `model` with `effect`, as it was fitted, and with all that the base model has in the middle of its bounds: what it was fitted
@@ -221,7 +211,9 @@ mod tests {
             let free = free.fold(f64::INFINITY, f64::min);
             let effects = ["delay", "friction", "slew_limit", "slew_limit~windup"].map(on);
             let goes_on = &mut |_| ControlFlow::Continue(());
-            let (found, evaluations) = led(&evidence, &base, &effects, goes_on).unwrap();
+            let before = evidence.evaluations();
+            let found = led(&evidence, &base, &effects, goes_on).unwrap();
+            let evaluations = evidence.evaluations() - before;
             let best = found
                 .iter()
                 .min_by(|a, b| loss(&a.1).total_cmp(&loss(&b.1)));

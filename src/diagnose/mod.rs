@@ -27,11 +27,12 @@
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `clocks` puts records in phase
 //! that hum, `command_noise` smooths commands that were measured with noise, `hold` tells what the command does between two rows
-//! or tries both ways, `evidence` is what models are judged by,
-//! `unexcited` sets what the fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects,
+//! or tries both ways, `evidence` is what models are judged by, `preference` which of two it prefers, `unexcited` sets what the
+//! fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects, `added` is what became of each,
 //! `verdict` decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the
 //! result. `statistics` knows none of them.
 
+mod added;
 mod attribution;
 mod clocks;
 mod command_noise;
@@ -47,6 +48,7 @@ mod led;
 mod linear;
 mod located;
 mod measurements;
+mod preference;
 mod problem;
 mod run_in;
 mod screen;
@@ -60,7 +62,7 @@ mod unexcited;
 mod verdict;
 mod wide;
 
-pub use attribution::{Added, Considered, Contest, Decision, Refit, Rival};
+pub use added::{Added, Considered, Contest, Decision, Refit, Rival};
 pub(crate) use clocks::seconds_apart;
 pub use conditions::Conditions;
 pub use fitted::Fitted;

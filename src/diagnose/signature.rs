@@ -1,6 +1,6 @@
 //! Signatures of effects: the residual of a model without it, over the signal that it depends on.
 
-use super::attribution::{Added, Considered, Refit};
+use super::added::{Added, Considered, Refit};
 use super::fitted::Fitted;
 use super::known::{KnownRows, KnownSignal};
 use super::simulation::{Compared, Trajectories, residual};

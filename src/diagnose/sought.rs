@@ -1,6 +1,6 @@
 //! What the ways of seeking effects on top of a model have in common: where they begin, and what becomes of what they find.
 
-use super::evidence::{Evidence, Model, Side, Start};
+use super::evidence::{Begun, Evidence, Model, Side, Start};
 use crate::evaluate::Problem;
 use crate::model::effects::Effect;
 use crate::model::{Parameter, Scale};
@@ -17,37 +17,50 @@ pub(super) fn first_starts(evidence: &Evidence, model: &Model, effect: &Effect) 
     starts
 }
 
-/// The `most` of what was `found` that cost least, of each effect as many as are `alike`.
+/// The `starts` after a polish of few steps.
+pub(super) fn begun(evidence: &Evidence, starts: Vec<(Effect, Problem)>) -> Vec<(Effect, Begun)> {
+    let starts = starts.into_par_iter();
+    let begun =
+        starts.filter_map(|(effect, start)| Some((effect, evidence.polished_a_little(start)?)));
+    begun.collect()
+}
+
+/// The `most` of what was `begun` that cost least, of each effect as many as are `alike`.
 pub(super) fn least_costly(
-    mut found: Vec<(f64, Effect, Problem)>,
+    mut begun: Vec<(Effect, Begun)>,
     most: usize,
     alike: usize,
 ) -> Vec<(Effect, Problem)> {
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    begun.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost));
     let mut kept: Vec<(Effect, Problem)> = Vec::new();
-    for (_, effect, problem) in found {
+    for (effect, one) in begun {
         let same = kept.iter().filter(|(other, _)| *other == effect).count();
         if same < alike && kept.len() < most {
-            kept.push((effect, problem));
+            kept.push((effect, one.problem));
         }
     }
     kept
 }
 
-/// What was `found`, polished to the end, where it follows the fitted rows more closely than `model`, and the candidates evaluated
-/// for it.
-pub(super) fn polished(
+/// The `starts` polished to the end.
+pub(super) fn to_the_end(
+    evidence: &Evidence,
+    starts: Vec<(Effect, Problem)>,
+) -> Vec<(Effect, Model)> {
+    let starts = starts.into_par_iter();
+    let models = starts.filter_map(|(effect, start)| Some((effect, evidence.polished(start)?)));
+    models.collect()
+}
+
+/// Those of the `starts` that, polished to the end, follow the fitted rows more closely than `model`.
+pub(super) fn better(
     evidence: &Evidence,
     model: &Model,
-    found: Vec<(Effect, Problem)>,
-) -> (Vec<(Effect, Model)>, usize) {
-    let models: Vec<(Effect, Model)> = found
-        .into_par_iter()
-        .filter_map(|(effect, problem)| Some((effect, evidence.polished(problem)?)))
-        .filter(|(_, one)| one.loss(Side::Fit) < model.loss(Side::Fit))
-        .collect();
-    let evaluations = models.iter().map(|(_, one)| one.evaluations).sum();
-    (models, evaluations)
+    starts: Vec<(Effect, Problem)>,
+) -> Vec<(Effect, Model)> {
+    let mut models = to_the_end(evidence, starts);
+    models.retain(|(_, one)| one.loss(Side::Fit) < model.loss(Side::Fit));
+    models
 }
 
 /// Bounds `parameter` by this factor around its value; where its scale is linear, by as much as that is to either side.

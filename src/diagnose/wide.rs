@@ -2,14 +2,13 @@
 //!
 //! What a fit has come to rest in may be a valley that imitates what is missing: from there no effect promises anything.
 
-use super::evidence::{Evidence, Model, Side, found};
-use super::sought::{around, first_starts, least_costly, polished};
+use super::evidence::{Evidence, Model, Side};
+use super::sought::{around, begun, better, first_starts, least_costly};
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::Effect;
 use crate::model::{Parameter, Scale};
 use crate::search::{RunningSearch, Settings, Start, run_in_lockstep};
-use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// Most effects that are polished to the end.
@@ -25,25 +24,25 @@ const LOST: f64 = 100.0;
 /// Sizes from this share of the largest on are sought alike.
 const SMALLEST: f64 = 1e-4;
 
-/// `model` with each of `effects` that lead somewhere, and the candidates evaluated for them.
+/// `model` with each of `effects` that lead somewhere.
 pub(super) fn widely(
     evidence: &Evidence,
     model: &Model,
     effects: &[Effect],
     evaluator: &mut dyn Evaluator,
     progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
-) -> Result<(Vec<(Effect, Model)>, usize)> {
-    let begun = |effect: &Effect| {
+) -> Result<Vec<(Effect, Model)>> {
+    let starts = |effect: &Effect| {
         let starts = first_starts(evidence, model, effect).into_iter();
         starts.map(|one| (*effect, one)).collect::<Vec<_>>()
     };
-    let begun = effects.iter().flat_map(begun);
+    let starts = effects.iter().flat_map(starts);
     let around = match model.loss(Side::Fit) > LOST {
         true => &AROUND[..],
         false => &AROUND[..2],
     };
-    let (problems, spaces): (Vec<_>, Vec<_>) = begun
-        .flat_map(|begun| around.iter().map(move |&around| (begun.clone(), around)))
+    let (starts, spaces): (Vec<_>, Vec<_>) = starts
+        .flat_map(|start| around.iter().map(move |&around| (start.clone(), around)))
         .map(|((effect, start), around)| {
             let problem = evidence.extended(model, effect, &start);
             let space = space(evidence, effect, &problem, start.released, around);
@@ -54,27 +53,11 @@ pub(super) fn widely(
     let begin = |space| RunningSearch::begin(space, &method, Start::Uniform, evidence.seed);
     let mut searches = spaces.iter().map(begin).collect::<Result<Vec<_>>>()?;
     race(&mut searches, evaluator, progress)?;
-    let (found, evaluations) = found(searches);
-    let best: Vec<(f64, Effect, Problem)> = problems
-        .into_par_iter()
-        .zip(found)
-        .map(|((effect, mut problem), found)| {
-            for (own, found) in problem.parameters.iter_mut().zip(&found.parameters) {
-                own.set_nominal(own.clamp(found.nominal()));
-            }
-            (evidence.cost(&problem), effect, problem)
-        })
-        .collect();
-    let led: Vec<(f64, Effect, Problem)> = least_costly(best, usize::MAX, 1)
-        .into_par_iter()
-        .filter_map(|(effect, problem)| {
-            let (cost, problem) = evidence.polished_a_little(problem)?;
-            Some((cost, effect, problem))
-        })
-        .collect();
-    let followed = least_costly(led, FOLLOWED, 1);
-    let (models, more) = polished(evidence, model, followed);
-    Ok((models, evaluations + more))
+    let (effects, problems): (Vec<Effect>, Vec<Problem>) = starts.into_iter().unzip();
+    let found = evidence.found(problems.into_iter(), searches);
+    let found = effects.into_iter().zip(found).collect();
+    let led = begun(evidence, least_costly(found, usize::MAX, 1));
+    Ok(better(evidence, model, least_costly(led, FOLLOWED, 1)))
 }
 
 /// Runs `searches` as [`run_in_lockstep`] does, but those that lag behind only for their first generations.

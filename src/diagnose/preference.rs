@@ -1,0 +1,127 @@
+//! Which of two models the rows prefer, and whether surely.
+
+use super::evidence::{Evidence, Model, Side};
+use super::verdict::NEAR;
+use super::{Comparison, improvement};
+
+/// An effect must take this share of the held-out cost: less is seen by nobody, whatever its significance.
+pub(super) const LEAST_OF_COST: f64 = 0.02;
+/// And this share of what the base model leaves above the noise: the rest may be the form of an effect already found.
+const LEAST_OF_EXCESS: f64 = 0.03;
+/// Unless it takes this share of what is still left above the noise: where the first effect was large, what follows is small
+/// beside it, and plain.
+const LEAST_OF_LEFT: f64 = 0.4;
+/// Two models are told apart if their costs differ by this many standard errors.
+const TOLD_APART: f64 = 3.0;
+/// And by more than this share of the lower one: models of the same equation differ by what the polish leaves.
+const SAME_COST: f64 = 0.003;
+/// Of two models that one is no longer taken for the other whose cost is so many times as large, however few events make the
+/// difference.
+const ALIKE: f64 = 2.0;
+/// Models that leave more than noise have come equally far if what they take differs by less than this share.
+const EQUALLY_FAR: f64 = 0.01;
+
+impl Evidence {
+    /// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough. `excess` is the
+    /// base model's.
+    pub(super) fn worth(&self, excess: f64, before: &Model, after: &Model) -> bool {
+        let (old, new) = (before.loss(Side::HoldOut), after.loss(Side::HoldOut));
+        let plain = (LEAST_OF_EXCESS * excess).min(LEAST_OF_LEFT * before.excess());
+        let least = plain.max(LEAST_OF_COST * old);
+        if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
+            return false;
+        }
+        let weights = vec![1.0; before.hold_out.len()];
+        let starts = self.starts(Side::HoldOut);
+        let gain = improvement(
+            &before.hold_out,
+            &after.hold_out,
+            &weights,
+            &starts,
+            self.seed,
+        );
+        gain.percent.low > 0.0
+    }
+
+    /// Whether the rows, fitted and held out, surely prefer the first model to the second.
+    fn surely_better(&self, first: &Model, second: &Model) -> bool {
+        let all = |model: &Model| -> Vec<Vec<f64>> {
+            let sides = model.fit.iter().zip(&model.hold_out);
+            sides
+                .map(|(fit, hold)| [&fit[..], &hold[..]].concat())
+                .collect()
+        };
+        let mut starts = self.starts(Side::Fit);
+        let fitted = first.fit.first().map_or(0, Vec::len);
+        let held = self.starts(Side::HoldOut);
+        starts.extend(held.iter().map(|start| start + fitted));
+        let weights = vec![1.0; first.fit.len()];
+        let cost = |model: &Model| {
+            let rows = |side| model.residuals(side).iter().flatten();
+            let both = rows(Side::Fit).chain(rows(Side::HoldOut));
+            both.map(|r| r * r).sum::<f64>()
+        };
+        let z = Comparison::new(&all(first), &all(second), &weights, &starts).z;
+        z < 0.0 && surely_differ(z, [cost(first), cost(second)])
+    }
+
+    /// Whether `first` is surely better than `second`, on held-out rows as well.
+    pub(super) fn outdoes(&self, first: &Model, second: &Model) -> bool {
+        first.loss(Side::HoldOut) < second.loss(Side::HoldOut) && self.surely_better(first, second)
+    }
+
+    /// Whether the rows cannot tell which of two models is better.
+    pub(super) fn same(&self, first: &Model, second: &Model) -> bool {
+        let held_out = [first, second].map(|model| model.loss(Side::HoldOut));
+        !plainly_differ(held_out)
+            && !self.surely_better(first, second)
+            && !self.surely_better(second, first)
+    }
+
+    /// The model with the lowest held-out error; of those that cannot be told from it the one with fewest parameters.
+    pub(super) fn best<'m>(&self, models: &[&'m Model]) -> Option<&'m Model> {
+        let loss = |model: &Model| model.loss(Side::HoldOut);
+        let lowest = models.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)))?;
+        models
+            .iter()
+            .filter(|one| self.same(lowest, one))
+            .min_by(|a, b| a.size().cmp(&b.size()).then(loss(a).total_cmp(&loss(b))))
+            .or(Some(lowest))
+            .copied()
+    }
+}
+
+impl Model {
+    /// Held-out cost above the noise.
+    pub(super) fn excess(&self) -> f64 {
+        (self.loss(Side::HoldOut) - 1.0).max(0.0)
+    }
+
+    /// Parameters that are fitted.
+    pub(super) fn size(&self) -> usize {
+        self.problem.free().len()
+    }
+}
+
+/// Whether two models that leave more than noise have come equally far from `reduced`. Neither law is that of the valve then, and
+/// which of them errs a little less says nothing of the cause.
+pub(super) fn equally_far(reduced: &Model, model: &Model, rival: &Model) -> bool {
+    let [before, one, other] = [reduced, model, rival].map(Model::excess);
+    one > NEAR * NEAR - 1.0 && other - one < EQUALLY_FAR * (before - one)
+}
+
+/// Whether two `costs` on the same rows, whose [`Comparison`] has this `z`, differ by more than chance and the polish make.
+pub(super) fn surely_differ(z: f64, costs: [f64; 2]) -> bool {
+    let (less, more) = ordered(costs);
+    z.abs() > TOLD_APART && more > (1.0 + SAME_COST) * less
+}
+
+/// Whether two `costs` on the same rows differ by more than models do that may be taken for each other.
+pub(super) fn plainly_differ(costs: [f64; 2]) -> bool {
+    let (less, more) = ordered(costs);
+    more > ALIKE * less
+}
+
+fn ordered([one, other]: [f64; 2]) -> (f64, f64) {
+    (one.min(other), one.max(other))
+}

@@ -136,11 +136,14 @@ pub(super) fn come_closer(evidence: &Evidence, base: &Model, causes: &[(Effect, 
     let error = |model: &Model| model.loss(Side::HoldOut).sqrt();
     let least = models().map(error).fold(f64::INFINITY, f64::min);
     let problems: Vec<Problem> = models().map(|model| model.problem.clone()).collect();
-    problems.into_par_iter().any(|mut problem| {
+    let other = |mut problem: Problem| {
         problem.structure.hold = problem.structure.hold.other();
-        let polished = evidence.polished(problem);
-        polished.is_some_and(|other| is_closer([least, error(&other)]))
-    })
+        evidence.polished(problem)
+    };
+    // All of them, whichever comes first: each is counted.
+    let others: Vec<Model> = problems.into_par_iter().filter_map(other).collect();
+    let mut others = others.iter();
+    others.any(|other| is_closer([least, error(other)]))
 }
 
 /// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.

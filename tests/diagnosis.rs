@@ -8,6 +8,7 @@ use servobee::diagnose::{Cut, IdentificationProblem, Identified, Options, Verdic
 use servobee::evaluate::{CpuEvaluator, Interrupt, Precision};
 use servobee::model::effects::{CATALOGUE, Entry, entry};
 use servobee::record::{Channel, Record, Series};
+use servobee::report::{complete, unexplained};
 use servobee::scorecard::{Case, Group, Outcome, Plan, Row, Subject, Variant, run};
 use servobee::simulator::{Command as Bench, Form, Kind, Noise, Setup};
 use std::f64::consts::TAU;
@@ -397,6 +398,89 @@ fn a_speed_that_is_limited_gradually_is_found_by_a_curve_of_another_equation() {
         (Verdict::Found, &["slew_limit~rounded"][..])
     );
     assert!(found.error_before > 5.0 && after < 1.15);
+}
+
+/// A healthy valve with a mechanical feedback: its coil lags, its flapper is a mass on a spring, and its spool integrates. A model of
+/// second order follows it nearly. Both channels, or flow alone.
+fn of_fourth_order(seed: u64, coil_lag: f64, gain: f64, noise: f64, flow_alone: bool) -> Record {
+    let rate = TAU * 600.0;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let tones: Vec<[f64; 3]> = (0..6)
+        .map(|_| {
+            let mut among = |low, high| random.random_range(low..high);
+            [among(0.5, 1.4), among(0.5, 40.0), among(0.0, TAU)]
+        })
+        .collect();
+    let [mut coil, mut flapper, mut speed, mut spool, mut command] = [0.0f64; 5];
+    let mut columns = [vec![], vec![], vec![]];
+    for row in 0..4000 {
+        let time = 1e-3 * f64::from(row);
+        let tone =
+            |[size, frequency, phase]: &[f64; 3]| size * (TAU * frequency * time + phase).sin();
+        match row {
+            2000.. => command = tones.iter().map(tone).sum(),
+            row if row > 0 && row % 120 == 0 => command = random.random_range(-9.0..9.0),
+            _ => {}
+        }
+        let mut noisy = |value: f64, full: f64| {
+            let error: f64 = (0..12).map(|_| random.random::<f64>() - 0.5).sum();
+            value + noise * full * error
+        };
+        let values = [command, noisy(spool, 10.0), noisy(4.0 * spool, 40.0)];
+        for (column, value) in columns.iter_mut().zip(values) {
+            column.push(value);
+        }
+        for _ in 0..20 {
+            let step = 1e-3 / 20.0;
+            coil += step * (command - coil) / coil_lag;
+            speed += step * (rate * rate * (coil - spool - flapper) - rate * speed);
+            flapper += step * speed;
+            spool += step * gain * flapper;
+        }
+    }
+    let time = (0..4000).map(|row| 1e-3 * f64::from(row)).collect();
+    let names = [
+        (Channel::Command, "V"),
+        (Channel::Spool, "V"),
+        (Channel::Flow, "L/min"),
+    ];
+    let channels = names.into_iter().zip(columns);
+    let channels = channels
+        .filter(|((channel, _), _)| !flow_alone || *channel != Channel::Spool)
+        .map(|((channel, unit), values)| (channel, Series::new(unit, values)));
+    Record::new("healthy", time, channels).unwrap()
+}
+
+#[test]
+fn a_healthy_valve_of_higher_order_lacks_nothing_however_many_rows_show_that() {
+    let found = all_asked(&[of_fourth_order(1, 5e-4, 300.0, 0.004, false)], &[]);
+    println!(
+        "{:?} {:?}: {}",
+        found.verdict,
+        names(&found),
+        found.error_before
+    );
+    assert!(found.before.structured() && found.error_before < 1.1);
+    assert_eq!(found.verdict, Verdict::None);
+    assert_eq!(
+        complete(&found),
+        "The base model follows this record nearly to its noise, and no effect explains the rest."
+    );
+}
+
+#[test]
+fn of_four_causes_that_the_record_cannot_tell_apart_none_is_named() {
+    let found = all_asked(&[of_fourth_order(3, 8e-4, 600.0, 0.003, true)], &[]);
+    let why = unexplained(&found);
+    println!("{:?}: {why}", found.verdict);
+    assert_eq!(found.verdict, Verdict::Unexplained);
+    assert!(found.added.is_empty());
+    let undecided = found.undecided.as_ref().unwrap();
+    assert!(undecided.error_after < 1.05 && undecided.tied_with.len() >= 3);
+    assert!(why.starts_with("The record cannot tell which of "), "{why}");
+    for effect in [undecided.effect].iter().chain(&undecided.tied_with) {
+        assert!(why.contains(&effect.cause()), "{why}");
+    }
 }
 
 /// A valve whose loop is fed back 20 V tanh(x / 20 V) of its spool, which no model of the catalogue has: spool, and flow where asked.

@@ -67,6 +67,8 @@ pub enum Decision {
     FarLess,
     /// It was chosen, but what is left is too much to name it.
     NotNamed,
+    /// It was chosen, but too many others do as well to name it, or one that was chosen with it.
+    Undecided,
 }
 
 impl Decision {
@@ -81,6 +83,7 @@ impl Decision {
                 "significant, but promises far less than the best, or costs more after a few steps"
             }
             Self::NotNamed => "helps, but leaves too much: no name for what is missing",
+            Self::Undecided => "helps, but too many others as much: no name for what is missing",
         }
     }
 }
@@ -100,7 +103,30 @@ pub struct Added {
     pub contest: Option<Contest>,
 }
 
+/// Of so many causes that the record cannot tell from each other none is named.
+const TOO_MANY: usize = 4;
+
 impl Added {
+    /// Its cause and those that the record cannot tell from it.
+    pub(crate) fn causes(&self) -> Vec<String> {
+        let mut causes: Vec<String> = Vec::new();
+        for cause in [&self.effect]
+            .into_iter()
+            .chain(&self.tied_with)
+            .map(Effect::cause)
+        {
+            if !causes.contains(&cause) {
+                causes.push(cause);
+            }
+        }
+        causes
+    }
+
+    /// Whether the record cannot tell it from so many causes that none is named.
+    pub(super) fn is_undecided(&self) -> bool {
+        self.causes().len() >= TOO_MANY
+    }
+
     /// What share it takes of what was left above the noise.
     pub(super) fn taken(&self) -> f64 {
         taken(self.error_before.powi(2), self.error_after.powi(2))

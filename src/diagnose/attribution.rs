@@ -5,15 +5,16 @@ use super::evidence::{Evidence, Model, Side};
 use super::hold::come_closer;
 use super::led::led;
 use super::located::Located;
-use super::preference::{LEAST_OF_COST, equally_far};
+use super::preference::LEAST_OF_COST;
 use super::screen::{LEVEL, Screened, Screening};
 use super::sought::{begun, least_costly, to_the_end};
 use super::stage::Stage;
-use super::verdict::taken;
+use super::verdict::{EXPLAINED, taken};
 use super::wide::widely;
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, known};
+use crate::model::{Parameter, Structure};
 use crate::search::Method;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -32,7 +33,8 @@ const FOLLOWED: usize = 4;
 const LEFT_OPEN: f64 = 1.3;
 /// Most of them that hop from valley to valley first, best first.
 const DEEPENED: usize = 2;
-/// Most effects that were tied with the one that was chosen first, with which a selection begins again where something is left.
+/// Most effects with which a selection begins again that were tied with the one that was chosen first, where something is left, or
+/// that alone explain enough, where several explain everything.
 const OTHER_BEGINNINGS: usize = 2;
 /// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
@@ -44,6 +46,8 @@ pub(super) struct Attribution {
     pub(super) model: Model,
     /// The effects, in the order in which they were added.
     pub(super) added: Vec<Added>,
+    /// What the first of them may have been as well: it leads to a model that is as complete.
+    as_complete: Vec<Effect>,
     /// Every effect of every round.
     pub(super) considered: Vec<Considered>,
     /// Whether something is left, and causes come closer with the other of held and interpolated.
@@ -51,8 +55,10 @@ pub(super) struct Attribution {
     refits: Refits,
 }
 
+/// A model with each of some effects.
+type Alternatives = Vec<(Effect, Model)>;
 /// What was refitted on top of which effects.
-type Refits = HashMap<Vec<String>, Vec<(Effect, Model)>>;
+type Refits = HashMap<Vec<String>, Alternatives>;
 
 /// What the model may lack.
 pub(super) struct Allowed<'a> {
@@ -118,17 +124,25 @@ impl<'a, 'b> Selection<'a, 'b> {
     pub(super) fn run(mut self, base: &Model) -> Result<Attribution> {
         let (mut model, mut order) = self.grown(base, base.clone(), Vec::new())?;
         let mut closer_the_other_way = false;
-        if self.stage.goes_on() && !self.evidence.is_followed_by(&model) {
-            let causes = self.refits.get(&names(base)).cloned().unwrap_or_default();
-            closer_the_other_way =
-                self.allowed.either_hold && come_closer(self.evidence, base, &causes);
+        let mut as_complete = Vec::new();
+        let causes = self.refits.get(&names(base.structure()));
+        let causes = causes.cloned().unwrap_or_default();
+        if !self.evidence.is_followed_by(&model) {
+            if self.stage.goes_on() {
+                closer_the_other_way =
+                    self.allowed.either_hold && come_closer(self.evidence, base, &causes);
+            }
             if !closer_the_other_way {
                 self.begin_otherwise(base, causes, &mut model, &mut order)?;
             }
+            self.drop_superfluous(&mut model, &mut order);
+        } else {
+            self.drop_superfluous(&mut model, &mut order);
+            as_complete = self.as_complete(base, causes, &model, &order)?;
         }
-        self.drop_superfluous(&mut model, &mut order);
         Ok(Attribution {
             added: self.chain(base, &model, &order),
+            as_complete,
             model,
             considered: self.considered,
             closer_the_other_way,
@@ -201,15 +215,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             return Ok(());
         };
         causes.retain(|(_, one)| self.evidence.same(&first, one) && self.worth(base, one));
-        let loss = |(_, one): &(Effect, Model)| one.loss(Side::HoldOut);
-        causes.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
-        let mut begun = order.clone();
-        causes.retain(|(effect, _)| {
-            let another = !begun.iter().any(|one| one.is_form_of(effect));
-            begun.push(*effect);
-            another
-        });
-        for (effect, start) in causes.into_iter().take(OTHER_BEGINNINGS) {
+        for (effect, start) in other_beginnings(causes, order) {
             if !self.stage.goes_on() {
                 break;
             }
@@ -232,6 +238,35 @@ impl<'a, 'b> Selection<'a, 'b> {
             (*model, *order) = (other, effects);
         }
         Ok(())
+    }
+
+    /// Where several effects make `model` complete, those of the `causes` that, as the first of several, lead to a model of no more
+    /// parameters that is as complete: what an effect takes by itself may be shared out among others.
+    fn as_complete(
+        &mut self,
+        base: &Model,
+        mut causes: Vec<(Effect, Model)>,
+        model: &Model,
+        order: &[Effect],
+    ) -> Result<Vec<Effect>> {
+        let mut as_complete = Vec::new();
+        if order.len() < 2 {
+            return Ok(as_complete);
+        }
+        let before = base.loss(Side::HoldOut);
+        causes.retain(|(_, one)| taken(before, one.loss(Side::HoldOut)) >= EXPLAINED);
+        for (effect, start) in other_beginnings(causes, order) {
+            if !self.stage.goes_on() {
+                break;
+            }
+            let noted = self.considered.len();
+            let (other, _) = self.grown(base, start, vec![effect])?;
+            self.considered.truncate(noted);
+            if other.size() <= model.size() && self.evidence.both_complete(model, &other) {
+                as_complete.push(effect);
+            }
+        }
+        Ok(as_complete)
     }
 
     /// The best model with one effect more, or with a pair where none helps alone; `None` where nothing is significant.
@@ -276,7 +311,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             return Ok(None);
         }
         // What is compared with this model later knows them, too.
-        self.refits.insert(names(model), models.clone());
+        self.refits.insert(names(model.structure()), models.clone());
         let accepted: Vec<&Model> = models
             .iter()
             .map(|(_, one)| one)
@@ -301,7 +336,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         screening: &Screening,
         round: usize,
     ) -> Result<Vec<(Effect, Model)>> {
-        let key: Vec<String> = names(model);
+        let key: Vec<String> = names(model.structure());
         if let Some(known) = self.refits.get(&key) {
             return Ok(known.clone());
         }
@@ -484,10 +519,10 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         // The last one was chosen among all others just now.
         for &effect in &order[..order.len() - 1] {
-            let Some(reduced) = self.without(model, effect) else {
+            let Some((_, rivals)) = self.rivals(model, order, effect)? else {
                 continue;
             };
-            for (_, other) in self.alternatives(&reduced)? {
+            for (_, other) in rivals {
                 if self.evidence.outdoes(&other, model) && other.structure() != model.structure() {
                     return Ok(Some(other));
                 }
@@ -531,8 +566,8 @@ impl<'a, 'b> Selection<'a, 'b> {
     }
 
     /// All plausible effects on top of `reduced`.
-    fn alternatives(&mut self, reduced: &Model) -> Result<Vec<(Effect, Model)>> {
-        if let Some(known) = self.refits.get(&names(reduced)) {
+    fn alternatives(&mut self, reduced: &Model) -> Result<Alternatives> {
+        if let Some(known) = self.refits.get(&names(reduced.structure())) {
             return Ok(known.clone());
         }
         if !self.stage.goes_on() {
@@ -543,6 +578,44 @@ impl<'a, 'b> Selection<'a, 'b> {
             Some(screening) => self.refit(reduced, &screening, 0),
             None => Ok(Vec::new()),
         }
+    }
+
+    /// `model` without `effect`, which is one of its effects in this `order`, and with each other in the place of that.
+    fn rivals(
+        &mut self,
+        model: &Model,
+        order: &[Effect],
+        effect: Effect,
+    ) -> Result<Option<(Model, Alternatives)>> {
+        let Some(reduced) = self.without(model, effect) else {
+            return Ok(None);
+        };
+        let mut rivals = self.alternatives(&reduced)?;
+        take_in(&mut rivals, self.instead(model, order, effect));
+        rivals.retain(|(other, _)| *other != effect);
+        Ok(Some((reduced, rivals)))
+    }
+
+    /// What was refitted where `effect` was chosen, with what `model` got after it in this `order`. What leads to a rival may have
+    /// been there then: without the effect the base model imitates that, and more so with what came later.
+    fn instead(&self, model: &Model, order: &[Effect], effect: Effect) -> Alternatives {
+        let chosen = order.iter().position(|one| *one == effect).unwrap_or(0);
+        let (from, later) = (&order[chosen..], &order[chosen + 1..]);
+        if later.is_empty() || !self.stage.goes_on() {
+            return Vec::new();
+        }
+        let without = |structure: Structure, one: &Effect| structure.without(*one);
+        let before = from.iter().fold(model.structure().clone(), without);
+        let known = self.refits.get(&names(&before)).into_iter().flatten();
+        let others = known.filter(|(other, _)| !from.contains(other));
+        let starts = others.map(|(other, one)| {
+            let structure = model.structure().without(effect).with(*other);
+            let own = one.problem.parameters.iter();
+            let start: Vec<Parameter> = own.chain(&model.problem.parameters).cloned().collect();
+            (*other, self.evidence.problem(&structure, &start))
+        });
+        let begun = begun(self.evidence, starts.collect());
+        to_the_end(self.evidence, least_costly(begun, FOLLOWED, 1))
     }
 
     /// Drops effects that the others have made superfluous.
@@ -562,7 +635,7 @@ impl<'a, 'b> Selection<'a, 'b> {
 
     /// `model` with `effect` as it was refitted when that was chosen.
     fn refitted(&self, model: &Model, effect: Effect) -> Option<Model> {
-        let refits = self.refits.get(&names(model))?.iter();
+        let refits = self.refits.get(&names(model.structure()))?.iter();
         let mut own = refits.filter(|(other, _)| *other == effect);
         own.next().map(|(_, model)| model.clone())
     }
@@ -599,14 +672,13 @@ impl<'a, 'b> Selection<'a, 'b> {
     pub(super) fn contests(mut self, found: &mut Attribution) -> Result<()> {
         self.refits = std::mem::take(&mut found.refits);
         let model = &found.model;
+        let order: Vec<Effect> = found.added.iter().map(|one| one.effect).collect();
         for one in &mut found.added {
             let effect = one.effect;
             self.stage.begins(&format!("rivals of {effect}"));
-            let Some(reduced) = self.without(model, effect) else {
+            let Some((reduced, mut rivals)) = self.rivals(model, &order, effect)? else {
                 continue;
             };
-            let mut rivals = self.alternatives(&reduced)?;
-            rivals.retain(|(other, _)| *other != effect);
             rivals
                 .sort_by(|(_, a), (_, b)| a.loss(Side::HoldOut).total_cmp(&b.loss(Side::HoldOut)));
             one.contest = Some(Contest {
@@ -621,10 +693,15 @@ impl<'a, 'b> Selection<'a, 'b> {
             let ties = rivals.iter().filter(|(other, rival)| {
                 // What a form has more than the one that is as good is not needed: that is no other cause.
                 let richer = other.is_form_of(&effect) && rival.size() > model.size();
-                let tied = self.evidence.same(rival, model) || equally_far(&reduced, model, rival);
-                !richer && tied && self.worth(&reduced, rival)
+                !richer && self.evidence.tied(&reduced, model, rival) && self.worth(&reduced, rival)
             });
             one.tied_with = ties.map(|(other, _)| *other).collect();
+        }
+        if let Some(first) = found.added.first_mut() {
+            let known = first.tied_with.clone();
+            let others = found.as_complete.iter();
+            let new = others.filter(|other| !known.contains(other));
+            first.tied_with.extend(new);
         }
         Ok(())
     }
@@ -663,6 +740,23 @@ impl<'a, 'b> Selection<'a, 'b> {
     }
 }
 
+/// Those of the `causes` that a selection may have begun with instead of with the first of this `order`, the best first: each is
+/// another cause than all of that.
+fn other_beginnings(
+    mut causes: Vec<(Effect, Model)>,
+    order: &[Effect],
+) -> impl Iterator<Item = (Effect, Model)> + use<> {
+    let loss = |(_, one): &(Effect, Model)| one.loss(Side::HoldOut);
+    causes.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
+    let mut begun = order.to_vec();
+    causes.retain(|(effect, _)| {
+        let another = !begun.iter().any(|one| one.is_form_of(effect));
+        begun.push(*effect);
+        another
+    });
+    causes.into_iter().take(OTHER_BEGINNINGS)
+}
+
 /// Adds to the `models` those that were `found`, each in the place of one with the same effect that follows the fitted rows less
 /// closely.
 fn take_in(models: &mut Vec<(Effect, Model)>, found: Vec<(Effect, Model)>) {
@@ -675,7 +769,7 @@ fn take_in(models: &mut Vec<(Effect, Model)>, found: Vec<(Effect, Model)>) {
     }
 }
 
-fn names(model: &Model) -> Vec<String> {
-    let effects = model.structure().effects.iter();
+fn names(structure: &Structure) -> Vec<String> {
+    let effects = structure.effects.iter();
     effects.map(ToString::to_string).collect()
 }

@@ -164,13 +164,12 @@ impl Fitted {
 
     /// Whether the model follows what was fitted to its `noise`, and not what is held out.
     pub(super) fn fails_on_held_out_rows_alone(&self, noise: &BTreeMap<String, Noise>) -> bool {
-        let is_near = |errors: &Errors| {
-            let mut near = errors
-                .iter()
-                .map(|(name, error)| error.rmse < NEAR * noise[name].value);
-            near.all(|near| near)
-        };
-        is_near(&self.errors.fit) && !is_near(&self.errors.hold_out)
+        is_near(&self.errors.fit, noise) && !is_near(&self.errors.hold_out, noise)
+    }
+
+    /// Whether the model follows what was fitted, and what is held out, nearly to its `noise`.
+    pub(super) fn is_near(&self, noise: &BTreeMap<String, Noise>) -> bool {
+        is_near(&self.errors.fit, noise) && is_near(&self.errors.hold_out, noise)
     }
 
     /// Whether the model follows the data, fitted and held out, to within the integrator's error.
@@ -232,6 +231,12 @@ impl Fitted {
 /// `change`. A model whose motion depends on the steps by more than is tolerated follows nothing by that.
 fn excused(change: f64, range: f64) -> f64 {
     change.clamp(SMALLEST_NOISE * range, TOLERATED * range)
+}
+
+/// Whether the error of every channel is near its `noise`.
+fn is_near(errors: &Errors, noise: &BTreeMap<String, Noise>) -> bool {
+    let mut errors = errors.iter();
+    errors.all(|(name, error)| error.rmse < NEAR * noise[name].value)
 }
 
 /// The largest of what the error of each of `observed` is at least over its `floor`, with 97.5 % confidence.

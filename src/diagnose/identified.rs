@@ -33,6 +33,8 @@ pub struct Identified {
     pub after: Fitted,
     /// The effects of the result, in the order in which they were added.
     pub added: Vec<Added>,
+    /// An effect that would have been added if not too many others did as well.
+    pub undecided: Option<Added>,
     /// Where the verdict is unexplained: the curve that best describes what is missing, if any helps.
     pub free_form: Option<FoundForm>,
     /// Held-out error of the base model: RMS in units of noise over all channels.

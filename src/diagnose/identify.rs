@@ -250,30 +250,42 @@ impl<'d> Diagnosis<'d> {
             after: 1.0,
             least_taken: 1.0,
             unseen: before.fails_on_held_out_rows_alone(&noise),
-            swings: false,
+            swings: noise.values().any(|noise| noise.swing.is_some()),
+            undecided: false,
             added: false,
             structured_before: before.structured(),
             structured_after: before.structured(),
             least_followed: 1.0,
             least_ratio: 0.0,
+            near_before: before.is_near(&noise),
         };
         let mut after = None;
         let mut closer = false;
         let mut added = Vec::new();
+        let mut undecided = None;
         let mut considered = Vec::new();
         if let (Some(model), Some(mut found)) = (&base.model, attribution) {
             criteria.before = model.loss(Side::HoldOut);
             criteria.after = found.model.loss(Side::HoldOut);
             let candidate = self.with_effects(&base, &found, &mut criteria)?;
-            let named = matches!(criteria.verdict(), Verdict::Found | Verdict::Partly);
-            if candidate.is_some() && named {
+            let named = |criteria: &Criteria| {
+                matches!(criteria.verdict(), Verdict::Found | Verdict::Partly)
+            };
+            if candidate.is_some() && named(&criteria) {
                 self.selection(&base, model).contests(&mut found)?;
+                undecided = found.added.iter().find(|one| one.is_undecided()).cloned();
+                criteria.undecided = undecided.is_some();
+            }
+            if candidate.is_some() && named(&criteria) {
                 (after, added) = (candidate, found.added);
             } else {
+                let why = match criteria.undecided {
+                    true => Decision::Undecided,
+                    false => Decision::NotNamed,
+                };
                 let chosen = |one: &&mut Considered| one.decision == Decision::Chosen;
-                for one in found.considered.iter_mut().filter(chosen) {
-                    one.decision = Decision::NotNamed;
-                }
+                let chosen = found.considered.iter_mut().filter(chosen);
+                chosen.for_each(|one| one.decision = why);
             }
             considered = found.considered;
             closer = found.closer_the_other_way;
@@ -308,6 +320,7 @@ impl<'d> Diagnosis<'d> {
             before,
             after,
             added,
+            undecided,
             free_form: free_form.flatten(),
             error_before: criteria.before.sqrt(),
             located_before,

@@ -21,6 +21,10 @@ const ALIKE: f64 = 2.0;
 /// Models that leave more than noise have come equally far if what they take differs by less than this share.
 const EQUALLY_FAR: f64 = 0.01;
 
+/// Of two models that leave nothing but noise neither is preferred whose cost is less than this many times the other's: the noise
+/// itself is not known more closely.
+const AS_COMPLETE: f64 = 1.1;
+
 impl Evidence {
     /// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough. `excess` is the
     /// base model's.
@@ -78,6 +82,23 @@ impl Evidence {
             && !self.surely_better(second, first)
     }
 
+    /// Whether the rows cannot tell the effect by which `rival` differs from that by which `model` does, which was preferred: each
+    /// was added to `reduced`.
+    pub(super) fn tied(&self, reduced: &Model, model: &Model, rival: &Model) -> bool {
+        self.same(rival, model)
+            || equally_far(reduced, model, rival)
+            || self.both_complete(model, rival)
+    }
+
+    /// Whether two models leave nothing but noise, and nearly as much of it. No law of a valve is exactly that of a model: which of
+    /// two that suffice errs a little less says nothing of the cause.
+    pub(super) fn both_complete(&self, model: &Model, rival: &Model) -> bool {
+        rival.loss(Side::HoldOut) < AS_COMPLETE * model.loss(Side::HoldOut)
+            && [rival, model]
+                .into_iter()
+                .all(|one| self.is_followed_by(one))
+    }
+
     /// The model with the lowest held-out error; of those that cannot be told from it the one with fewest parameters.
     pub(super) fn best<'m>(&self, models: &[&'m Model]) -> Option<&'m Model> {
         let loss = |model: &Model| model.loss(Side::HoldOut);
@@ -105,7 +126,7 @@ impl Model {
 
 /// Whether two models that leave more than noise have come equally far from `reduced`. Neither law is that of the valve then, and
 /// which of them errs a little less says nothing of the cause.
-pub(super) fn equally_far(reduced: &Model, model: &Model, rival: &Model) -> bool {
+fn equally_far(reduced: &Model, model: &Model, rival: &Model) -> bool {
     let [before, one, other] = [reduced, model, rival].map(Model::excess);
     one > NEAR * NEAR - 1.0 && other - one < EQUALLY_FAR * (before - one)
 }

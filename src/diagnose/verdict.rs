@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Effects are a part of what is missing if they explain this share of what the base model leaves above the noise. Something
 /// else that merely resembles an effect seldom follows it so closely.
-const EXPLAINED: f64 = 0.8;
+pub(super) const EXPLAINED: f64 = 0.8;
 /// And if each of them takes this share of what those before it have left above the noise, where they do not reach it. Several that
 /// take a little each are the pieces of a curve that is none of theirs.
 const TAKEN: f64 = 0.4;
@@ -22,7 +22,8 @@ pub enum Verdict {
     Found,
     /// Effects explain most of it, and something else is left.
     Partly,
-    /// Nothing is missing that this data could show.
+    /// Nothing is missing that this data could show, or so little that the base model follows it nearly to its noise, and no effect
+    /// explains that.
     None,
     /// Something is missing that no effect explains of those that were looked for.
     Unexplained,
@@ -71,6 +72,8 @@ pub(super) struct Criteria {
     /// Whether a channel goes on swinging where the command rests, and the model with the effects does not: no free run follows
     /// that in phase, and what lowers its error is chance.
     pub(super) swings: bool,
+    /// Whether too many causes do as well as one that was added.
+    pub(super) undecided: bool,
     /// Whether the base model's residual has structure.
     pub(super) structured_before: bool,
     /// Whether the residual has structure with the effects.
@@ -80,6 +83,8 @@ pub(super) struct Criteria {
     /// What the held-out error of every channel is at least over its noise, with the effects: the lower end of the largest 95 %
     /// interval.
     pub(super) least_ratio: f64,
+    /// Whether the base model follows every channel nearly to its noise, fitted and held out.
+    pub(super) near_before: bool,
 }
 
 impl Criteria {
@@ -98,11 +103,13 @@ impl Criteria {
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
         match (self.added, self.structured_before) {
-            (true, _) if self.swings => Verdict::Unexplained,
+            (true, _) if self.swings || self.undecided => Verdict::Unexplained,
             (true, _) if !self.structured_after && self.least_ratio < NEAR => Verdict::Found,
             (true, _) if self.is_part() => Verdict::Partly,
             _ if !self.diagnosed => Verdict::NotDiagnosed,
             (false, false) => Verdict::None,
+            // What a real valve does more than a model of second order shows in enough rows, however healthy it is.
+            _ if !self.swings && self.near_before => Verdict::None,
             _ => Verdict::Unexplained,
         }
     }
@@ -120,11 +127,13 @@ mod tests {
             least_taken: 1.0,
             unseen: false,
             swings: false,
+            undecided: false,
             added: true,
             structured_before: true,
             structured_after,
             least_followed: 0.9,
             least_ratio,
+            near_before: false,
         }
     }
 
@@ -134,6 +143,30 @@ mod tests {
         assert_eq!(found.verdict(), Verdict::Found);
         let swings = true;
         assert_eq!(Criteria { swings, ..found }.verdict(), Verdict::Unexplained);
+    }
+
+    #[test]
+    fn nothing_is_named_where_too_many_causes_do_as_well() {
+        for near_before in [false, true] {
+            let undecided = Criteria {
+                undecided: true,
+                near_before,
+                ..criteria(100.0, 1.0, false, 0.9)
+            };
+            assert_eq!(undecided.verdict(), Verdict::Unexplained);
+        }
+    }
+
+    #[test]
+    fn what_lowers_the_error_a_little_where_it_is_near_the_noise_is_neither_named_nor_missed() {
+        let helps = criteria(1.1, 1.06, true, 0.98);
+        assert_eq!(helps.verdict(), Verdict::Unexplained);
+        let near_before = true;
+        let near = Criteria {
+            near_before,
+            ..helps
+        };
+        assert_eq!(near.verdict(), Verdict::None);
     }
 
     #[test]
@@ -206,14 +239,32 @@ mod tests {
             };
             assert_eq!(cut_short.verdict(), known, "{criteria:?}");
         }
-        let nothing = |structured_before, diagnosed| Criteria {
-            added: false,
-            structured_before,
-            diagnosed,
-            ..criteria(1.0, 1.0, structured_before, 1.0)
-        };
-        assert_eq!(nothing(false, true).verdict(), Verdict::None);
-        assert_eq!(nothing(true, true).verdict(), Verdict::Unexplained);
-        assert_eq!(nothing(false, false).verdict(), Verdict::NotDiagnosed);
+        for (structured_before, near_before, verdict) in [
+            (false, false, Verdict::None),
+            (true, true, Verdict::None),
+            (true, false, Verdict::Unexplained),
+        ] {
+            let nothing = Criteria {
+                added: false,
+                structured_before,
+                near_before,
+                ..criteria(1.0, 1.0, structured_before, 1.0)
+            };
+            assert_eq!(nothing.verdict(), verdict);
+            let cut_short = Criteria {
+                diagnosed: false,
+                ..nothing
+            };
+            assert_eq!(cut_short.verdict(), Verdict::NotDiagnosed);
+            let swings = Criteria {
+                swings: true,
+                ..nothing
+            };
+            let goes_on = match verdict {
+                Verdict::None if structured_before => Verdict::Unexplained,
+                other => other,
+            };
+            assert_eq!(swings.verdict(), goes_on);
+        }
     }
 }

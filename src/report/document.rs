@@ -360,8 +360,8 @@ impl Document {
     pub fn is_incomplete(&self) -> bool {
         match self.verdict {
             Verdict::Unexplained | Verdict::Partly => true,
-            Verdict::NotDiagnosed => self.remaining.structured,
-            Verdict::Found | Verdict::None => false,
+            Verdict::None | Verdict::NotDiagnosed => self.remaining.structured,
+            Verdict::Found => false,
         }
     }
 

@@ -44,7 +44,7 @@ pub use findings::{
 pub use html::{batch_page, comparison_page, datasheet_page, page};
 pub use limits::{Limit, LimitReport, Limits, Outcome, met};
 pub use model_file::ModelFile;
-pub use no_name::{located, not_diagnosed, unexplained};
+pub use no_name::{complete, located, not_diagnosed, unexplained};
 pub use noise::NoiseSource;
 pub use number::{number, quantity, rounded};
 pub use output::OutputFolder;

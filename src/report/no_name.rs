@@ -2,9 +2,26 @@
 
 use super::number::rounded;
 use crate::diagnose::Identified;
+use crate::record::joined;
+
+/// What the verdict says that nothing is missing, in one sentence.
+pub fn complete(identified: &Identified) -> &'static str {
+    match identified.before.structured() {
+        false => "The base model lacks nothing that this record shows.",
+        true => {
+            "The base model follows this record nearly to its noise, and no effect explains the rest."
+        }
+    }
+}
 
 /// What an unexplained verdict says, and why there is none where nothing was diagnosed, in one sentence.
 pub fn unexplained(identified: &Identified) -> String {
+    if let Some(one) = &identified.undecided {
+        return format!(
+            "The record cannot tell which of {} the base model lacks.",
+            joined(one.causes(), "and")
+        );
+    }
     let lacks = "The base model lacks something that";
     match asked(identified).as_slice() {
         _ if identified.asked_all() => format!("{lacks} is in no entry of the catalogue."),

@@ -6,7 +6,7 @@ use servobee::diagnose::{Identified, Verdict};
 use servobee::evaluate::problem::Series;
 use servobee::report::{
     ConsideredEffect, Document, FreeFormReport, ImprovementReport, Knot, ParameterReport, Units,
-    explain, located, not_diagnosed, unexplained,
+    complete, explain, located, not_diagnosed, unexplained,
 };
 
 /// Prints the answer first, and then what it stands on.
@@ -54,7 +54,8 @@ fn print_effects(identified: &Identified, document: &Document) {
     match identified.verdict {
         _ if document.cut_short.is_some() => {}
         Verdict::None => {
-            colour::answer("Verdict: none. The base model lacks nothing that this data shows.");
+            let why = complete(identified);
+            colour::answer(format_args!("Verdict: none. {why}"));
         }
         Verdict::Found | Verdict::Partly => {
             let names: Vec<String> = added.iter().map(|one| one.effect.to_string()).collect();

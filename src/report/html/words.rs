@@ -4,7 +4,7 @@ use crate::diagnose::{Added, Fitted, Identified, Verdict};
 use crate::model::effects::Effect;
 use crate::model::{Complete, Output, Parameter};
 use crate::record::joined;
-use crate::report::{FreeFormReport, not_diagnosed, quantity, rounded, unexplained};
+use crate::report::{FreeFormReport, complete, not_diagnosed, quantity, rounded, unexplained};
 
 /// The answer in one sentence.
 pub(super) fn answer(identified: &Identified) -> String {
@@ -15,7 +15,7 @@ pub(super) fn answer(identified: &Identified) -> String {
         ..
     } = identified;
     match (verdict, added.as_slice()) {
-        (Verdict::None, _) => "The base model lacks nothing that this record shows.".into(),
+        (Verdict::None, _) => complete(identified).into(),
         (Verdict::Unexplained, _) => unexplained(identified),
         (Verdict::NotDiagnosed, _) => not_diagnosed(identified),
         (Verdict::Partly, _) => {

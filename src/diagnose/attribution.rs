@@ -240,7 +240,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         Ok(())
     }
 
-    /// Where several effects make `model` complete, those of the `causes` that, as the first of several, lead to a model of no more
+    /// Where several effects make `model` complete, those of the `causes` that, in the place of the first, lead to a model of no more
     /// parameters that is as complete: what an effect takes by itself may be shared out among others.
     fn as_complete(
         &mut self,
@@ -250,9 +250,9 @@ impl<'a, 'b> Selection<'a, 'b> {
         order: &[Effect],
     ) -> Result<Vec<Effect>> {
         let mut as_complete = Vec::new();
-        if order.len() < 2 {
+        let [first, _, ..] = order else {
             return Ok(as_complete);
-        }
+        };
         let before = base.loss(Side::HoldOut);
         causes.retain(|(_, one)| taken(before, one.loss(Side::HoldOut)) >= EXPLAINED);
         for (effect, start) in other_beginnings(causes, order) {
@@ -260,9 +260,12 @@ impl<'a, 'b> Selection<'a, 'b> {
                 break;
             }
             let noted = self.considered.len();
-            let (other, _) = self.grown(base, start, vec![effect])?;
+            let (other, effects) = self.grown(base, start, vec![effect])?;
             self.considered.truncate(noted);
-            if other.size() <= model.size() && self.evidence.both_complete(model, &other) {
+            // Beside the first it stands for what came later.
+            let instead = !effects.iter().any(|one| one.is_form_of(first));
+            let no_more = other.size() <= model.size();
+            if instead && no_more && self.evidence.both_complete(model, &other) {
                 as_complete.push(effect);
             }
         }

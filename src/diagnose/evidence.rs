@@ -45,8 +45,11 @@ const SHORT: PolishOptions = PolishOptions {
     damping: 1e-3,
 };
 
-/// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster.
+/// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster, and where an effect
+/// begins and ends within a step, that errs the more the longer it is.
 const HEADROOM: f64 = 3.0;
+/// The same where effects are only sought: what is found is judged in the other steps.
+const SEEKING_HEADROOM: f64 = 1.5;
 
 /// Measured rows, fitted and held out, with errors in units of each channel's noise.
 #[derive(Debug)]
@@ -157,14 +160,17 @@ impl Evidence {
         sizes: Scale,
         plan: &Plan,
     ) -> Self {
-        let mut near = before.problem.parameters.clone();
-        for (parameter, &value) in near.iter_mut().zip(before.values.as_slice()) {
-            parameter.low = parameter.low.max(value / HEADROOM);
-            parameter.high = parameter.high.min(value * HEADROOM);
-        }
-        let rate = before.problem.structure.fastest_rate(&near);
+        let rate = |headroom: f64| {
+            let mut near = before.problem.parameters.clone();
+            for (parameter, &value) in near.iter_mut().zip(before.values.as_slice()) {
+                parameter.low = parameter.low.max(value / headroom);
+                parameter.high = parameter.high.min(value * headroom);
+            }
+            before.problem.structure.fastest_rate(&near)
+        };
         let chosen_by = measurements.chosen_by();
-        let steps = |mut records: Vec<Series>| {
+        let steps = |mut records: Vec<Series>, headroom: f64| {
+            let rate = rate(headroom);
             records
                 .iter_mut()
                 .for_each(|record| record.set_steps(rate, 1));
@@ -175,9 +181,9 @@ impl Evidence {
             false => sought_on(&chosen_by.fit),
         };
         Self {
-            sought_on: steps(sought_on),
-            fit: steps(chosen_by.fit),
-            hold_out: steps(chosen_by.hold_out),
+            sought_on: steps(sought_on, SEEKING_HEADROOM),
+            fit: steps(chosen_by.fit, HEADROOM),
+            hold_out: steps(chosen_by.hold_out, HEADROOM),
             scale: before.problem.scale,
             loss: before.problem.loss,
             noise: noise.clone(),

@@ -12,7 +12,7 @@ use servobee::evaluate::{Cost, CpuEvaluator, Evaluator, Job, Precision, Problem,
 use servobee::model::effects::{CATALOGUE, Effect, Port};
 use servobee::model::valve::Meter;
 use servobee::model::{
-    Complete, Drive, Hold, Initial, Input, Output, Outputs, ServoValve, Structure,
+    Complete, Drive, Hold, Initial, Input, Output, Outputs, Parameter, ServoValve, Structure,
 };
 use servobee::simulator::{self, Command, FULL_SCALE, Noise, Setup, Simulation};
 use std::collections::HashSet;
@@ -865,6 +865,7 @@ fn the_rig_shows_the_same() {
 #[test]
 fn sensitivities_are_those_of_finite_differences() {
     let mut worst = (0.0, String::new());
+    let mut many = 0;
     for (base, effects) in structures() {
         let scale = scale(&base);
         for effect in effects {
@@ -887,18 +888,30 @@ fn sensitivities_are_those_of_finite_differences() {
             }
             // Not where commands arrive with rows: there a difference and the one-sided slope are 2 % apart.
             let free: Vec<f64> = problem.start().iter().map(|value| 1.037 * value).collect();
-            let gradients = |free: &[f64]| {
+            let gradients_of = |problem: &Problem, free: &[f64]| {
                 let mut rows = Vec::new();
-                assert!(reference::residuals(
-                    &problem,
-                    free,
-                    &mut |residual, gradient| {
-                        rows.push((residual, gradient.to_vec()));
-                    }
-                ));
+                let keep = &mut |residual: f64, gradient: &[f64]| {
+                    rows.push((residual, gradient.to_vec()));
+                };
+                assert!(reference::residuals(problem, free, keep));
                 rows
             };
+            let gradients = |free: &[f64]| gradients_of(&problem, free);
             let exact = gradients(&free);
+            // Beside those of all others, which take longer vectors or more passes.
+            let mut all = problem.clone();
+            all.parameters.iter_mut().for_each(|p| p.set_fixed(false));
+            let values = problem.complete(&free, |fixed| fixed);
+            let beside = gradients_of(&all, values.as_slice());
+            many += usize::from(all.parameters.len() > 8);
+            for (i, parameter) in problem.free().iter().enumerate() {
+                let of_all = |p: &Parameter| p.name == parameter.name;
+                let j = all.parameters.iter().position(of_all).expect("one of all");
+                for (one, of_all) in exact.iter().zip(&beside) {
+                    let own = (one.0, one.1[i]);
+                    assert_eq!(own, (of_all.0, of_all.1[j]), "{effect}: {}", parameter.name);
+                }
+            }
             for (i, parameter) in problem.free().iter().enumerate() {
                 let nudge = 1e-6 * free[i].abs();
                 let at = |nudge: f64| {
@@ -929,8 +942,11 @@ fn sensitivities_are_those_of_finite_differences() {
             }
         }
     }
-    println!("worst: {:.1e} of the sensitivity, {}", worst.0, worst.1);
-    assert!(worst.0 < 1e-3, "{worst:?}");
+    println!(
+        "worst: {:.1e} of the sensitivity, {}; {many} with many",
+        worst.0, worst.1
+    );
+    assert!(worst.0 < 1e-3 && many > 50, "{worst:?}, {many}");
 }
 
 /// The outputs of `structure` with these parameters (the others at their starts), commanded by `command` at rows

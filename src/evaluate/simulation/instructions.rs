@@ -3,7 +3,7 @@
 //! Inlined, so that each loop belongs to the module that asks for it: the compiler makes one unit of a module's generic code,
 //! and a unit of all loops kept it busy on one core when everything else was done.
 
-use pulp::{Arch, Scalar, WithSimd};
+use pulp::{Arch, Scalar, Simd, WithSimd};
 
 /// Runs `task` with the CPU's vector instructions; `None` where there are none: one candidate at a time is then as fast.
 #[inline]
@@ -51,9 +51,24 @@ pub(in crate::evaluate) fn short_vectors() -> Option<ShortVectors> {
     None
 }
 
-/// Runs `task` with such vectors.
+/// Vectors of twice as many, for a candidate that has more sensitivities than one of those holds.
+#[cfg(all(target_arch = "x86_64", not(test)))]
+pub(in crate::evaluate) type LongVectors = pulp::x86::V4;
+#[cfg(not(all(target_arch = "x86_64", not(test))))]
+pub(in crate::evaluate) type LongVectors = ShortVectors;
+
+/// Those vectors, if the CPU has them.
 #[inline]
-pub(in crate::evaluate) fn in_short_vectors<T: WithSimd>(simd: ShortVectors, task: T) -> T::Output {
+pub(in crate::evaluate) fn long_vectors() -> Option<LongVectors> {
+    #[cfg(all(target_arch = "x86_64", not(test)))]
+    return LongVectors::try_new();
+    #[cfg(not(all(target_arch = "x86_64", not(test))))]
+    None
+}
+
+/// Runs `task` with the vectors of `simd`.
+#[inline]
+pub(in crate::evaluate) fn in_vectors<S: Simd, T: WithSimd>(simd: S, task: T) -> T::Output {
     simd.vectorize(
         #[inline(always)]
         || task.with_simd(simd),
@@ -64,7 +79,7 @@ pub(in crate::evaluate) fn in_short_vectors<T: WithSimd>(simd: ShortVectors, tas
 #[inline]
 pub(in crate::evaluate) fn with_short_vectors<T: WithSimd>(task: T) -> T::Output {
     match short_vectors() {
-        Some(simd) => in_short_vectors(simd, task),
+        Some(simd) => in_vectors(simd, task),
         None => task.with_simd(Scalar::new()),
     }
 }
@@ -74,7 +89,6 @@ mod tests {
     use super::*;
     use crate::model::Real;
     use crate::model::real::Dual;
-    use pulp::Simd;
 
     /// The bits of a value and of its derivatives with respect to two parameters.
     struct Bits;

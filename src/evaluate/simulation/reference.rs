@@ -4,7 +4,7 @@ use crate::evaluate::STATE_LIMIT;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
 use crate::evaluate::simulation::Lead;
 use crate::evaluate::simulation::instructions::{
-    ShortVectors, in_short_vectors, short_vectors, with_short_vectors,
+    LongVectors, ShortVectors, in_vectors, long_vectors, short_vectors, with_short_vectors,
 };
 use crate::evaluate::simulation::simulate::{
     CHUNK, Row, Squares, outputs, response, run, series, with_states,
@@ -140,7 +140,8 @@ pub(crate) fn led_residuals(
     free: &[f64],
     row: &mut dyn FnMut(f64, &[f64]),
 ) -> bool {
-    let width = with_short_vectors(Width);
+    let vectors = Vectors::of(problem, free.len());
+    let width = vectors.sensitivities();
     let pass = |first, row: &mut dyn FnMut(f64, &[f64])| {
         finished(Pass {
             problem,
@@ -148,6 +149,7 @@ pub(crate) fn led_residuals(
             free,
             first,
             row,
+            vectors,
         })
     };
     if free.len() <= width {
@@ -179,13 +181,35 @@ pub(crate) fn led_residuals(
     true
 }
 
-/// Asks how many sensitivities one pass carries.
-struct Width;
+/// What a pass computes sensitivities with.
+#[derive(Clone, Copy)]
+enum Vectors {
+    Long(LongVectors),
+    Short(ShortVectors),
+    None,
+}
 
-impl WithSimd for Width {
-    type Output = usize;
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        Dual::<S>::COUNT
+impl Vectors {
+    /// The shortest in which one pass carries the sensitivities to `count` parameters, or the longest that there are.
+    fn of(problem: &Problem, count: usize) -> Self {
+        let Some(short) = short_vectors() else {
+            return Self::None;
+        };
+        let in_time = matches!(&*problem.data, Data::Series(_));
+        let more = in_time && count > Dual::<ShortVectors>::COUNT;
+        match long_vectors().filter(|_| more) {
+            Some(long) => Self::Long(long),
+            None => Self::Short(short),
+        }
+    }
+
+    /// How many sensitivities one pass carries.
+    fn sensitivities(self) -> usize {
+        match self {
+            Self::Long(_) => Dual::<LongVectors>::COUNT,
+            Self::Short(_) => Dual::<ShortVectors>::COUNT,
+            Self::None => Dual::<Scalar>::COUNT,
+        }
     }
 }
 
@@ -197,6 +221,7 @@ struct Pass<'a> {
     free: &'a [f64],
     first: usize,
     row: &'a mut dyn FnMut(f64, &[f64]),
+    vectors: Vectors,
 }
 
 impl Pass<'_> {
@@ -221,11 +246,12 @@ fn finished(pass: Pass<'_>) -> bool {
     match &*pass.problem.data {
         Data::Series(records) => {
             let structure = &pass.problem.structure;
-            match short_vectors() {
-                Some(simd) => {
-                    with_states!(structure, finished_in_time::<f64>(pass, records, simd))
+            match pass.vectors {
+                Vectors::Long(simd) => with_room(pass, records, simd),
+                Vectors::Short(simd) => {
+                    with_states!(structure, finished_in_time::<_>(pass, records, simd))
                 }
-                None => finished_without_vectors(pass, records),
+                Vectors::None => finished_without_vectors(pass, records),
             }
         }
         Data::Tones(tones) => with_short_vectors(PassOnTones { pass, tones }),
@@ -239,14 +265,10 @@ fn wild<S: Simd>(state: &[Dual<S>]) -> bool {
         .any(|x| x.value().is_nan() || x.value().abs() >= STATE_LIMIT)
 }
 
-#[allow(
-    clippy::extra_unused_type_parameters,
-    reason = "with_states names the numbers first"
-)]
-fn finished_in_time<'a, R, const N: usize, V: View>(
+fn finished_in_time<'a, S: Simd, const N: usize, V: View>(
     pass: Pass<'a>,
     records: &'a [Series],
-    simd: ShortVectors,
+    simd: S,
 ) -> bool {
     let view = PhantomData::<V>;
     let pass = PassInTime::<N, V> {
@@ -254,7 +276,15 @@ fn finished_in_time<'a, R, const N: usize, V: View>(
         records,
         view,
     };
-    in_short_vectors(simd, pass)
+    in_vectors(simd, pass)
+}
+
+/// The same for any structure, in two functions where there might be five: what has so many parameters is no servo valve alone.
+fn with_room<'a, S: Simd>(pass: Pass<'a>, records: &'a [Series], simd: S) -> bool {
+    match pass.problem.structure.states().len() {
+        0..=5 => finished_in_time::<S, 5, Whole>(pass, records, simd),
+        _ => finished_in_time::<S, MOST_STATES, Whole>(pass, records, simd),
+    }
 }
 
 /// The same on a CPU that has no such vectors: one function for all structures, since few have such a CPU and all compile it.
@@ -389,6 +419,7 @@ mod tests {
                     free,
                     first: 0,
                     row: &mut |residual, gradient| rows.push((residual, gradient[..2].to_vec())),
+                    vectors: Vectors::of(problem, free.len()),
                 };
                 assert!(finish(pass));
                 rows

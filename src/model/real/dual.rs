@@ -14,7 +14,7 @@ const VECTORS: usize = 2;
 /// cache. The value stands in every lane of a vector of its own: it then multiplies gradients as it is, and a number that was just
 /// written is read as vectors without waiting for what was written in pieces.
 #[derive(Debug, Clone, Copy)]
-#[cfg_attr(target_arch = "x86_64", repr(align(32)))]
+#[cfg_attr(target_arch = "x86_64", repr(align(64)))]
 pub(crate) struct Dual<S: Simd> {
     value: S::f64s,
     slopes: [S::f64s; VECTORS],
@@ -50,8 +50,8 @@ impl<S: Simd> Dual<S> {
     fn chain(mut self, value: S::f64s, a: S::f64s, other: Self, b: S::f64s) -> Self {
         let simd = token::<S>();
         for i in 0..VECTORS {
-            let own = simd.mul_f64s(a, self.slopes[i]);
-            self.slopes[i] = simd.add_f64s(own, simd.mul_f64s(b, other.slopes[i]));
+            let others = simd.mul_f64s(b, other.slopes[i]);
+            self.slopes[i] = simd.mul_add_f64s(a, self.slopes[i], others);
         }
         self.value = value;
         self

@@ -27,6 +27,7 @@ macro_rules! for_number {
             $crate::model::real::reading::Wide<f64, pulp::x86::V4>,
             $crate::model::real::reading::Wide<f32, pulp::x86::V3>,
             $crate::model::real::reading::Wide<f64, pulp::x86::V3>,
+            $crate::model::real::Dual<pulp::x86::V4>,
             $crate::model::real::Dual<pulp::x86::V3>
         );
         #[cfg(target_arch = "aarch64")]

@@ -32,8 +32,8 @@ impl Default for PolishOptions {
         Self {
             max_iterations: 200,
             gradient_tolerance: 1e-10,
-            step_tolerance: 1e-12,
-            cost_tolerance: 1e-12,
+            step_tolerance: 1e-9,
+            cost_tolerance: 1e-9,
             damping: 1e-3,
         }
     }

@@ -15,8 +15,9 @@ impl Linear {
     /// At the problem's start; `None` where that diverges.
     pub(super) fn new(problem: &Problem) -> Option<Self> {
         let start = problem.start();
-        let mut residual = Vec::new();
-        let mut columns = vec![Vec::new(); start.len()];
+        let room = || Vec::with_capacity(problem.values());
+        let mut residual = room();
+        let mut columns: Vec<Vec<f64>> = start.iter().map(|_| room()).collect();
         let finished = reference::residuals(problem, &start, &mut |value, gradient| {
             residual.push(value);
             for (column, slope) in columns.iter_mut().zip(gradient) {

@@ -175,11 +175,10 @@ impl Directions {
             if interrupt.asked() {
                 return None;
             }
-            let mut basis = self.of_effects[i].clone();
-            for direction in &self.of_effects[j].0 {
-                basis.add(direction.clone());
-            }
-            Some(((i, j), basis.explained(&self.residual) / total))
+            let (one, other) = (&self.of_effects[i], &self.of_effects[j]);
+            let beyond = one.beyond(other.0.iter().cloned());
+            let explained = one.explained(&self.residual) + beyond.explained(&self.residual);
+            Some(((i, j), explained / total))
         };
         let mut shares: Vec<_> = numbers.into_par_iter().filter_map(share).collect();
         shares.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -268,20 +267,16 @@ fn tried(
     let there = evidence.linear(&problem)?;
     // What the trial changes, and what its parameters change there.
     let secant = residual.iter().zip(&there.residual).map(|(a, b)| a - b);
-    let mut directions = base.clone();
-    directions.add(secant.collect());
     let own: Vec<String> = effect
         .parameters(&evidence.sizes)
         .into_iter()
         .map(|p| p.name)
         .collect();
     let free = problem.parameters.iter().filter(|p| !p.is_fixed());
-    for (parameter, column) in free.zip(&there.columns) {
-        if own.contains(&parameter.name) {
-            directions.add(column.clone());
-        }
-    }
-    directions.0.drain(..base.0.len());
+    let columns = free.zip(&there.columns);
+    let columns = columns.filter(|(parameter, _)| own.contains(&parameter.name));
+    let columns = columns.map(|(_, column)| column.clone());
+    let directions = base.beyond(std::iter::once(secant.collect()).chain(columns));
     let reached = Basis::spanning(there.columns);
     let cost = dot(&there.residual, &there.residual) - reached.explained(&there.residual);
     Some(Tried {

@@ -1,7 +1,11 @@
 //! Linear algebra on long columns: one entry for each residual.
 
+use pulp::Arch;
+
 /// A column whose component outside the basis is shorter than this fraction of it adds no direction.
 const DEPENDENT: f64 = 1e-6;
+/// A column that keeps this fraction of its length outside the basis is rid of it.
+const CLEAR: f64 = 0.7;
 
 /// Orthonormal directions.
 #[derive(Debug, Clone, Default)]
@@ -10,33 +14,45 @@ pub(in crate::diagnose) struct Basis(pub(in crate::diagnose) Vec<Vec<f64>>);
 impl Basis {
     /// Spans `columns`.
     pub(in crate::diagnose) fn spanning(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
-        let mut basis = Self::default();
-        for column in columns {
-            basis.add(column);
-        }
-        basis
+        Self::default().beyond(columns)
     }
 
-    /// Adds the direction of `column`, unless the basis spans it already.
-    pub(in crate::diagnose) fn add(&mut self, mut column: Vec<f64>) {
-        let length = norm(&column);
-        // The second pass removes what rounding leaves of the first; two are enough (Giraud et al. 2005).
-        self.remove_from(&mut column);
-        self.remove_from(&mut column);
-        let rest = norm(&column);
-        if rest > DEPENDENT * length && rest > 0.0 {
-            column.iter_mut().for_each(|value| *value /= rest);
-            self.0.push(column);
+    /// Spans what `columns` have outside of this basis.
+    pub(in crate::diagnose) fn beyond(&self, columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
+        let mut beyond = Self::default();
+        for mut column in columns {
+            let length = norm(&column);
+            let mut rest = length;
+            // What rounding leaves of a direction shows where little else is left; two passes are enough (Giraud et al. 2005).
+            for _ in 0..2 {
+                let before = rest;
+                self.remove_from(&mut column);
+                beyond.remove_from(&mut column);
+                rest = norm(&column);
+                if rest > CLEAR * before {
+                    break;
+                }
+            }
+            if rest > DEPENDENT * length && rest > 0.0 {
+                column.iter_mut().for_each(|value| *value /= rest);
+                beyond.0.push(column);
+            }
         }
+        beyond
     }
 
     /// Takes what the basis spans from `vector`.
     pub(in crate::diagnose) fn remove_from(&self, vector: &mut [f64]) {
         for direction in &self.0 {
             let share = dot(direction, vector);
-            for (value, along) in vector.iter_mut().zip(direction) {
-                *value -= share * along;
-            }
+            Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    for (value, along) in vector.iter_mut().zip(direction) {
+                        *value -= share * along;
+                    }
+                },
+            );
         }
     }
 
@@ -48,16 +64,22 @@ impl Basis {
 
 /// Inner product.
 pub(in crate::diagnose) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Eight independent sums, so that no addition waits for the one before.
-    let ((eights_a, rest_a), (eights_b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
-    let mut sums = [0.0; 8];
-    for (a, b) in eights_a.iter().zip(eights_b) {
-        for i in 0..8 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
+    // Only what is inlined is compiled for the CPU's vectors.
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            // Eight independent sums, so that no addition waits for the one before.
+            let ((eights_a, rest_a), (eights_b, rest_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+            let mut sums = [0.0; 8];
+            for (a, b) in eights_a.iter().zip(eights_b) {
+                for i in 0..8 {
+                    sums[i] += a[i] * b[i];
+                }
+            }
+            let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
+            sums.iter().sum::<f64>() + rest
+        },
+    )
 }
 
 fn norm(vector: &[f64]) -> f64 {
@@ -75,7 +97,14 @@ mod tests {
             vec![6.0, 0.0, 8.0],
             vec![1.0, 1.0, 0.0],
         ];
-        let basis = Basis::spanning(columns);
+        let basis = Basis::spanning(columns.clone());
+        let [first, others @ ..] = columns;
+        let first = Basis::spanning([first]);
+        let beyond = first.beyond(others);
+        assert_eq!((first.0.len(), beyond.0.len()), (1, 1));
+        let any = [2.0, -1.0, 5.0];
+        let apart = first.explained(&any) + beyond.explained(&any);
+        assert!((apart - basis.explained(&any)).abs() < 1e-12);
         assert_eq!(basis.0.len(), 2);
         let mut normal = vec![4.0, -4.0, -3.0];
         assert!(basis.explained(&normal) < 1e-24);

@@ -51,7 +51,7 @@ pub(in crate::evaluate) fn short_vectors() -> Option<ShortVectors> {
     None
 }
 
-/// Vectors of twice as many, for a candidate that has more sensitivities than one of those holds.
+/// Vectors of twice as many.
 #[cfg(all(target_arch = "x86_64", not(test)))]
 pub(in crate::evaluate) type LongVectors = pulp::x86::V4;
 #[cfg(not(all(target_arch = "x86_64", not(test))))]

@@ -190,14 +190,16 @@ enum Vectors {
 }
 
 impl Vectors {
-    /// The shortest in which one pass carries the sensitivities to `count` parameters, or the longest that there are.
+    /// Those that are best for derivatives with respect to `count` parameters. Where vectors are long there are also twice as many
+    /// registers for them; but of short ones a servo valve alone has loops of its own.
     fn of(problem: &Problem, count: usize) -> Self {
         let Some(short) = short_vectors() else {
             return Self::None;
         };
         let in_time = matches!(&*problem.data, Data::Series(_));
-        let more = in_time && count > Dual::<ShortVectors>::COUNT;
-        match long_vectors().filter(|_| more) {
+        let alone = problem.structure.is_servo_valve_alone();
+        let few = alone && count <= Dual::<ShortVectors>::COUNT;
+        match long_vectors().filter(|_| in_time && !few) {
             Some(long) => Self::Long(long),
             None => Self::Short(short),
         }
@@ -279,7 +281,7 @@ fn finished_in_time<'a, S: Simd, const N: usize, V: View>(
     in_vectors(simd, pass)
 }
 
-/// The same for any structure, in two functions where there might be five: what has so many parameters is no servo valve alone.
+/// The same for any structure, in two functions where there might be five.
 fn with_room<'a, S: Simd>(pass: Pass<'a>, records: &'a [Series], simd: S) -> bool {
     match pass.problem.structure.states().len() {
         0..=5 => finished_in_time::<S, 5, Whole>(pass, records, simd),

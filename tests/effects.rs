@@ -898,7 +898,7 @@ fn sensitivities_are_those_of_finite_differences() {
             };
             let gradients = |free: &[f64]| gradients_of(&problem, free);
             let exact = gradients(&free);
-            // Beside those of all others, which take longer vectors or more passes.
+            // Beside those of all others, which may take more passes.
             let mut all = problem.clone();
             all.parameters.iter_mut().for_each(|p| p.set_fixed(false));
             let values = problem.complete(&free, |fixed| fixed);

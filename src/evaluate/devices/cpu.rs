@@ -8,7 +8,6 @@ use crate::evaluate::simulation::instructions::with_vectors;
 use crate::evaluate::simulation::reference::cost_in;
 use crate::evaluate::simulation::simulate::{STATE_LIMIT, response, squares, with_states};
 use crate::evaluate::{Cost, Evaluator, Job, Population};
-use crate::model::real::reading::Wide;
 use crate::model::real::{Element, Lanes};
 use crate::model::{Alone, Outputs, Real, View};
 use pulp::{Arch, Simd, WithSimd};
@@ -127,7 +126,7 @@ struct Width<E>(PhantomData<E>);
 impl<E: Element> WithSimd for Width<E> {
     type Output = usize;
     fn with_simd<S: Simd>(self, _: S) -> usize {
-        Wide::<E, S>::WIDTH
+        Lanes::<E, S>::WIDTH
     }
 }
 
@@ -192,14 +191,14 @@ impl<E: Element, const N: usize, V: View> WithSimd for InTime<'_, E, N, V> {
         let mut sums = vec![Outputs::all(0.0); lanes.count];
         let loss = problem.own_loss();
         for series in self.all {
-            let add = |slice: Outputs<Wide<E, S>>| {
+            let add = |slice: Outputs<Lanes<E, S>>| {
                 for (output, part) in slice.iter() {
                     for (sum, &lane) in sums.iter_mut().zip(part.lanes()) {
                         sum[output] += lane.into();
                     }
                 }
             };
-            let watch = |state: &[Wide<E, S>]| watch(&mut lanes.diverged, state);
+            let watch = |state: &[Lanes<E, S>]| watch(&mut lanes.diverged, state);
             squares::<_, N, _>(&problem.structure, series, loss, add, watch, &plant);
         }
         let costs = sums.into_iter().map(|sums| problem.cost_of_squares(sums));
@@ -223,7 +222,7 @@ impl<E: Element> WithSimd for OnTones<'_, E> {
         // A loop, not an iterator's closure: only what is inlined here is compiled for the wide vectors.
         let mut responses = Vec::with_capacity(self.tones.len());
         for tone in self.tones {
-            let watch = |state: &[Wide<E, S>]| watch(&mut lanes.diverged, state);
+            let watch = |state: &[Lanes<E, S>]| watch(&mut lanes.diverged, state);
             responses.push(response(&plant, tone, self.batch.wave, watch));
         }
         let cost = |lane: usize| {
@@ -240,7 +239,7 @@ impl<E: Element> WithSimd for OnTones<'_, E> {
 struct Lockstep<'a, E: Element, S: Simd> {
     problem: &'a Problem,
     /// Values of the free parameters.
-    free: Vec<Wide<E, S>>,
+    free: Vec<Lanes<E, S>>,
     /// Lanes that hold a candidate of their own: the first ones.
     count: usize,
     /// Which lanes' states have left all bounds.
@@ -249,7 +248,7 @@ struct Lockstep<'a, E: Element, S: Simd> {
 
 impl<'a, E: Element, S: Simd> Lockstep<'a, E, S> {
     fn new(batch: &Batch<'a, E>) -> Self {
-        let width = Wide::<E, S>::WIDTH;
+        let width = Lanes::<E, S>::WIDTH;
         let population = batch.population;
         let count = width.min(population.len() - batch.first);
         let value = |j: usize, lane: usize| {
@@ -267,7 +266,7 @@ impl<'a, E: Element, S: Simd> Lockstep<'a, E, S> {
     }
 
     #[inline(always)]
-    fn plant<V: View>(&self) -> V::Plant<Wide<E, S>> {
+    fn plant<V: View>(&self) -> V::Plant<Lanes<E, S>> {
         let values = self.problem.complete(&self.free, Lanes::constant);
         V::plant(&self.problem.structure, &values)
     }
@@ -283,7 +282,7 @@ impl<'a, E: Element, S: Simd> Lockstep<'a, E, S> {
 
 /// Marks the lanes whose state has left all bounds; whether all have.
 #[inline(always)]
-fn watch<E: Element, S: Simd>(diverged: &mut [bool], state: &[Wide<E, S>]) -> bool {
+fn watch<E: Element, S: Simd>(diverged: &mut [bool], state: &[Lanes<E, S>]) -> bool {
     for value in state {
         for (flag, &value) in diverged.iter_mut().zip(value.lanes()) {
             let value: f64 = value.into();

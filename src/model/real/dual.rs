@@ -5,24 +5,22 @@ use crate::audited::token;
 use pulp::Simd;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Vectors of derivatives.
-const VECTORS: usize = 2;
-
 /// A value with its gradient, computed with the instruction set `S`.
 ///
 /// As [`Lanes`](super::Lanes), such numbers must be used only where a token of `S` exists, and they lie in whole lines of the
 /// cache. The value stands in every lane of a vector of its own: it then multiplies gradients as it is, and a number that was just
-/// written is read as vectors without waiting for what was written in pieces.
+/// written is read as vectors without waiting for what was written in pieces. Gradients are two vectors, and every operation names
+/// both, as those of [`Lanes`](super::Lanes) do.
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(target_arch = "x86_64", repr(align(64)))]
 pub(crate) struct Dual<S: Simd> {
     value: S::f64s,
-    slopes: [S::f64s; VECTORS],
+    slopes: [S::f64s; 2],
 }
 
 impl<S: Simd> Dual<S> {
     /// How many parameters it has derivatives with respect to.
-    pub(crate) const COUNT: usize = VECTORS * size_of::<S::f64s>() / size_of::<f64>();
+    pub(crate) const COUNT: usize = 2 * size_of::<S::f64s>() / size_of::<f64>();
 
     /// Parameter number `index`: its derivative with respect to itself is 1.
     #[inline(always)]
@@ -45,26 +43,38 @@ impl<S: Simd> Dual<S> {
     }
 
     /// The value `value` whose gradient is `a` times this one's gradient plus `b` times the other's.
-    // A loop over numbers, here and below: only what is inlined is compiled for the instructions, and closures are not always.
     #[inline(always)]
     fn chain(mut self, value: S::f64s, a: S::f64s, other: Self, b: S::f64s) -> Self {
         let simd = token::<S>();
-        for i in 0..VECTORS {
-            let others = simd.mul_f64s(b, other.slopes[i]);
-            self.slopes[i] = simd.mul_add_f64s(a, self.slopes[i], others);
-        }
+        let ([own, also], [others, others_too]) = (self.slopes, other.slopes);
+        self.slopes = [
+            simd.mul_add_f64s(a, own, simd.mul_f64s(b, others)),
+            simd.mul_add_f64s(a, also, simd.mul_f64s(b, others_too)),
+        ];
         self.value = value;
         self
+    }
+
+    /// What `f` makes of both numbers' values and of their derivatives.
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(S, S::f64s, S::f64s) -> S::f64s) -> Self {
+        let ([own, also], [others, others_too]) = (self.slopes, other.slopes);
+        Self {
+            value: f(token(), self.value, other.value),
+            slopes: [f(token(), own, others), f(token(), also, others_too)],
+        }
     }
 
     /// This number where the mask is set, otherwise the other.
     #[inline(always)]
     fn selected(mut self, mask: S::m64s, other: Self) -> Self {
         let simd = token::<S>();
+        let ([own, also], [others, others_too]) = (self.slopes, other.slopes);
         self.value = simd.select_f64s(mask, self.value, other.value);
-        for i in 0..VECTORS {
-            self.slopes[i] = simd.select_f64s(mask, self.slopes[i], other.slopes[i]);
-        }
+        self.slopes = [
+            simd.select_f64s(mask, own, others),
+            simd.select_f64s(mask, also, others_too),
+        ];
         self
     }
 
@@ -82,24 +92,16 @@ impl<S: Simd> Dual<S> {
 impl<S: Simd> Add for Dual<S> {
     type Output = Self;
     #[inline(always)]
-    fn add(mut self, other: Self) -> Self {
-        self.value = token::<S>().add_f64s(self.value, other.value);
-        for i in 0..VECTORS {
-            self.slopes[i] = token::<S>().add_f64s(self.slopes[i], other.slopes[i]);
-        }
-        self
+    fn add(self, other: Self) -> Self {
+        self.zip(other, S::add_f64s)
     }
 }
 
 impl<S: Simd> Sub for Dual<S> {
     type Output = Self;
     #[inline(always)]
-    fn sub(mut self, other: Self) -> Self {
-        self.value = token::<S>().sub_f64s(self.value, other.value);
-        for i in 0..VECTORS {
-            self.slopes[i] = token::<S>().sub_f64s(self.slopes[i], other.slopes[i]);
-        }
-        self
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, S::sub_f64s)
     }
 }
 
@@ -127,12 +129,12 @@ impl<S: Simd> Div for Dual<S> {
 impl<S: Simd> Neg for Dual<S> {
     type Output = Self;
     #[inline(always)]
-    fn neg(mut self) -> Self {
-        self.value = token::<S>().neg_f64s(self.value);
-        for i in 0..VECTORS {
-            self.slopes[i] = token::<S>().neg_f64s(self.slopes[i]);
+    fn neg(self) -> Self {
+        let (simd, [own, also]) = (token::<S>(), self.slopes);
+        Self {
+            value: simd.neg_f64s(self.value),
+            slopes: [simd.neg_f64s(own), simd.neg_f64s(also)],
         }
-        self
     }
 }
 
@@ -142,7 +144,7 @@ impl<S: Simd> Real for Dual<S> {
         let simd = token::<S>();
         Self {
             value: simd.splat_f64s(value),
-            slopes: [simd.splat_f64s(0.0); VECTORS],
+            slopes: [simd.splat_f64s(0.0); 2],
         }
     }
     #[inline(never)]
@@ -151,18 +153,18 @@ impl<S: Simd> Real for Dual<S> {
         token::<S>().vectorize(f)
     }
     #[inline(always)]
-    fn sqrt(mut self) -> Self {
+    fn sqrt(self) -> Self {
         let simd = token::<S>();
         let zero = simd.splat_f64s(0.0);
         let root = simd.sqrt_f64s(self.value);
         // At zero the slope is infinite; zero times that must not spoil sums that do not depend on it.
         let slope = simd.div_f64s(simd.splat_f64s(0.5), root);
         let slope = simd.select_f64s(simd.greater_than_f64s(root, zero), slope, zero);
-        for i in 0..VECTORS {
-            self.slopes[i] = simd.mul_f64s(slope, self.slopes[i]);
+        let [own, also] = self.slopes;
+        Self {
+            value: root,
+            slopes: [simd.mul_f64s(slope, own), simd.mul_f64s(slope, also)],
         }
-        self.value = root;
-        self
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {

@@ -93,7 +93,11 @@ element!(
     min min_f64s(a, b), max max_f64s(a, b), neg neg_f64s(a), sqrt sqrt_f64s(a)
 );
 
-/// `K` vectors of `E` under the instruction set `S`, one candidate a lane; every operation acts on each.
+/// Two vectors of `E` under the instruction set `S`, one candidate a lane: enough to hide the latency of one operation behind
+/// the other's.
+///
+/// Every operation names both. A loop over them would cost the same when it runs, but the physics of a model is one function
+/// of thousands of operations, and as many loops made a fifth of the crate's compile time.
 ///
 /// Numbers are made without the instruction set's token at hand, so they must be used only where a token of `S`
 /// exists: inside `pulp`'s dispatch, as the CPU evaluator does.
@@ -101,19 +105,17 @@ element!(
 /// They lie where a line of the cache begins: a vector that crosses into the next is read and written twice as slowly.
 #[derive(Clone, Copy)]
 #[cfg_attr(target_arch = "x86_64", repr(align(64)))]
-pub(crate) struct Lanes<E: Element, S: Simd, const K: usize>([E::Vector<S>; K]);
+pub(crate) struct Lanes<E: Element, S: Simd>([E::Vector<S>; 2]);
 
-impl<E: Element, S: Simd, const K: usize> Lanes<E, S, K> {
+impl<E: Element, S: Simd> Lanes<E, S> {
     /// How many lanes there are.
-    pub(crate) const WIDTH: usize = K * size_of::<E::Vector<S>>() / size_of::<E>();
+    pub(crate) const WIDTH: usize = 2 * size_of::<E::Vector<S>>() / size_of::<E>();
 
     /// The number whose lane `i` is `value(i)`.
     pub(crate) fn from_fn(value: impl FnMut(usize) -> E) -> Self {
         let lanes: Vec<E> = (0..Self::WIDTH).map(value).collect();
-        let each = Self::WIDTH / K;
-        Self(std::array::from_fn(|k| {
-            bytemuck::pod_read_unaligned(bytemuck::cast_slice(&lanes[k * each..(k + 1) * each]))
-        }))
+        let (first, second) = lanes.split_at(Self::WIDTH / 2);
+        Self([first, second].map(|half| bytemuck::pod_read_unaligned(bytemuck::cast_slice(half))))
     }
 
     /// All lanes' values.
@@ -123,26 +125,20 @@ impl<E: Element, S: Simd, const K: usize> Lanes<E, S, K> {
 
     #[inline(always)]
     fn map(self, f: impl Fn(S, E::Vector<S>) -> E::Vector<S>) -> Self {
-        let mut result = self;
-        for i in 0..K {
-            result.0[i] = f(token(), self.0[i]);
-        }
-        result
+        let Self([a, b]) = self;
+        Self([f(token(), a), f(token(), b)])
     }
 
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(S, E::Vector<S>, E::Vector<S>) -> E::Vector<S>) -> Self {
-        let mut result = self;
-        for i in 0..K {
-            result.0[i] = f(token(), self.0[i], other.0[i]);
-        }
-        result
+        let (Self([a, b]), Self([c, d])) = (self, other);
+        Self([f(token(), a, c), f(token(), b, d)])
     }
 }
 
 macro_rules! lanewise {
     ($($operator:ident $method:ident),*) => {$(
-        impl<E: Element, S: Simd, const K: usize> $operator for Lanes<E, S, K> {
+        impl<E: Element, S: Simd> $operator for Lanes<E, S> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -153,7 +149,7 @@ macro_rules! lanewise {
 }
 lanewise!(Add add, Sub sub, Mul mul, Div div);
 
-impl<E: Element, S: Simd, const K: usize> Neg for Lanes<E, S, K> {
+impl<E: Element, S: Simd> Neg for Lanes<E, S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -161,10 +157,10 @@ impl<E: Element, S: Simd, const K: usize> Neg for Lanes<E, S, K> {
     }
 }
 
-impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
+impl<E: Element, S: Simd> Real for Lanes<E, S> {
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self([E::splat(token::<S>(), E::constant(value)); K])
+        Self([E::splat(token::<S>(), E::constant(value)); 2])
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -197,11 +193,11 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
     }
     #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
-        let mut result = self;
-        for i in 0..K {
-            result.0[i] = E::select(token::<S>(), self.0[i], yes.0[i], no.0[i]);
-        }
-        result
+        let (Self([a, b]), Self([c, d]), Self([e, f])) = (self, yes, no);
+        Self([
+            E::select(token::<S>(), a, c, e),
+            E::select(token::<S>(), b, d, f),
+        ])
     }
     #[inline(always)]
     fn with_sign_of(self, sign: Self) -> Self {
@@ -209,15 +205,13 @@ impl<E: Element, S: Simd, const K: usize> Real for Lanes<E, S, K> {
     }
     #[inline(always)]
     fn any_positive(self) -> bool {
-        let mut any = false;
-        for vector in self.0 {
-            any |= <E as Element>::any_positive(token::<S>(), vector);
-        }
-        any
+        let Self([a, b]) = self;
+        let any = <E as Element>::any_positive::<S>;
+        any(token(), a) | any(token(), b)
     }
 }
 
-impl<E: Element, S: Simd, const K: usize> Valued for Lanes<E, S, K> {
+impl<E: Element, S: Simd> Valued for Lanes<E, S> {
     #[inline(always)]
     fn look_up(self, mut f: impl FnMut(f64) -> f64) -> Self {
         let mut result = self;

@@ -1,10 +1,6 @@
 //! Finding, for a number that is known only by its type, what somebody outside this crate has written for all numbers.
 
-use super::Lanes;
 use std::any::{Any, TypeId};
-
-/// Vectors of a batch in flight: enough to hide the latency of one operation behind the others.
-pub(crate) const IN_FLIGHT: usize = 2;
 
 /// A value for each kind of number, by the number's type: all that evaluate, differentiate and trace.
 pub(crate) type Readings = fn(TypeId) -> Option<Box<dyn Any>>;
@@ -23,17 +19,17 @@ macro_rules! for_number {
     ($id:expr, $R:ident => $value:expr) => {{
         #[cfg(target_arch = "x86_64")]
         $crate::model::real::reading::for_each!($id, $R => $value,
-            $crate::model::real::reading::Wide<f32, pulp::x86::V4>,
-            $crate::model::real::reading::Wide<f64, pulp::x86::V4>,
-            $crate::model::real::reading::Wide<f32, pulp::x86::V3>,
-            $crate::model::real::reading::Wide<f64, pulp::x86::V3>,
+            $crate::model::real::Lanes<f32, pulp::x86::V4>,
+            $crate::model::real::Lanes<f64, pulp::x86::V4>,
+            $crate::model::real::Lanes<f32, pulp::x86::V3>,
+            $crate::model::real::Lanes<f64, pulp::x86::V3>,
             $crate::model::real::Dual<pulp::x86::V4>,
             $crate::model::real::Dual<pulp::x86::V3>
         );
         #[cfg(target_arch = "aarch64")]
         $crate::model::real::reading::for_each!($id, $R => $value,
-            $crate::model::real::reading::Wide<f32, pulp::aarch64::Neon>,
-            $crate::model::real::reading::Wide<f64, pulp::aarch64::Neon>,
+            $crate::model::real::Lanes<f32, pulp::aarch64::Neon>,
+            $crate::model::real::Lanes<f64, pulp::aarch64::Neon>,
             $crate::model::real::Dual<pulp::aarch64::Neon>
         );
         $crate::model::real::reading::for_each!($id, $R => $value,
@@ -57,6 +53,3 @@ macro_rules! for_each {
     )*};
 }
 pub(crate) use {for_each, for_number};
-
-/// The vectors of candidates that the CPU's evaluator computes with.
-pub(crate) type Wide<E, S> = Lanes<E, S, IN_FLIGHT>;

@@ -262,8 +262,9 @@ impl<'a, 'b> Selection<'a, 'b> {
             let noted = self.considered.len();
             let (other, effects) = self.grown(base, start, vec![effect])?;
             self.considered.truncate(noted);
-            // Beside the first it stands for what came later.
-            let instead = !effects.iter().any(|one| one.is_form_of(first));
+            // Beside the first it stands for what came later; and it may have been exchanged itself.
+            let instead =
+                effects.contains(&effect) && !effects.iter().any(|one| one.is_form_of(first));
             let no_more = other.size() <= model.size();
             if instead && no_more && self.evidence.both_complete(model, &other) {
                 as_complete.push(effect);

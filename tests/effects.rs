@@ -95,6 +95,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "feed_forward",
         "spool_resonance",
         "spool_resonance~lagged",
+        "integral_action",
         "slew_limit",
         "slew_limit~windup",
         "slew_limit~sides",
@@ -502,7 +503,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 66] = [
+const TWINS: [Twin; 67] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -545,6 +546,11 @@ const TWINS: [Twin; 66] = [
         &[("null_shift", 0.6), ("null_settling_time", 5.0)],
     ),
     ("hysteresis=0.15", "hysteresis", &[("hysteresis", 0.15)]),
+    (
+        "integral_action=12",
+        "integral_action",
+        &[("integral_action", 12.0)],
+    ),
     (
         "feed_forward=0.004",
         "feed_forward",

@@ -30,6 +30,8 @@ pub enum Kind {
     FeedbackCurvature,
     /// v'' + 2 D ω v' + ω² v = ω² K sat(u − x), x' = v, with D = ω T / 2 of the valve's lag T, in whose place it is. \[Hz\]
     SpoolResonance,
+    /// The loop's controller integrates, too: its drive is sat(u − x) + r ∫ sat(u − x) dt, r its value. \[1/s\]
+    IntegralAction,
     /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
     SlewLimit,
     /// Coulomb friction F on the spool: the drive sat(u − x) loses F sign(x'), and the spool sticks while x' = 0 and
@@ -193,7 +195,7 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::Delay,
         Self::DeadBand,
         Self::DcGain,
@@ -204,6 +206,7 @@ impl Kind {
         Self::FeedForward,
         Self::FeedbackCurvature,
         Self::SpoolResonance,
+        Self::IntegralAction,
         Self::SlewLimit,
         Self::Friction,
         Self::FlowForce,
@@ -245,6 +248,7 @@ impl Kind {
                 &[], &[("square", 0.0, USUAL)]),
             Self::SpoolResonance => entry("spool_resonance", "Hz", "spool", (1.0, 2000.0), 60.0,
                 &[Form::Lagged], &[("damping", 0.4, &[Form::Lagged])]),
+            Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0, &[], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides],
                 &[("bend", 0.8, &[Form::Rounded, Form::Pilot]), ("negative", 1e5, &[Form::Sides])]),

@@ -28,6 +28,7 @@ pub(super) struct Spool {
     spring_preload: f64,
     torque_limit: f64,
     feed_forward: f64,
+    integral_action: f64,
     backlash: Option<Backlash>,
     transducer: Transducer,
     resonance: Option<Resonance>,
@@ -36,7 +37,7 @@ pub(super) struct Spool {
     state: State,
 }
 
-type State = [f64; 5];
+type State = [f64; 6];
 
 /// The spool as a mass on oil, v'' + 2 D ω v' = ω² (w − v): of what drives it, w = K sat(u − x), or of the valve's lag behind
 /// that, T w' = K sat(u − x) − w.
@@ -276,13 +277,14 @@ impl Spool {
             spring_preload: strength(outsiders, Oddity::SpringPreload),
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
             feed_forward: value(planted, Kind::FeedForward),
+            integral_action: value(planted, Kind::IntegralAction),
             backlash: find(planted, Kind::Hysteresis, Form::Feedback).map(|p| Backlash {
                 half_width: p.value,
                 at: position,
             }),
             transducer: Transducer::planted(planted),
             resonance: Resonance::planted(&valve, planted),
-            state: [position, 0.0, 0.0, 0.0, 0.0],
+            state: [position, 0.0, 0.0, 0.0, 0.0, 0.0],
         }
     }
 
@@ -412,17 +414,23 @@ impl Spool {
             }
         };
         if direction == 0.0 {
-            direction = escape(self.drive(start[0], command[0], drop));
+            direction = escape(self.driven(command[0], drop));
         }
-        if direction != 0.0 {
+        if direction == 0.0 {
+            // What integrates goes on where the spool sticks.
+            let middle = (command[0] + command[1]) / 2.0;
+            let drive = self.valve.gain * self.drive(start[0], middle, drop);
+            self.state[5] += self.integral_action * drive * h;
+        } else {
             self.state = self.moved(start, command, drop, direction, h);
             if self.state[1] * direction < 0.0 {
                 // It comes to rest within the step, and stays there or sets out the other way.
                 let share = start[1] / (start[1] - self.state[1]);
                 let turn = command[0] + share * (command[1] - command[0]);
-                let rest = self.moved(start, [command[0], turn], drop, direction, share * h)[0];
-                direction = escape(self.drive(rest, turn, drop));
-                self.state = [rest, 0.0, 0.0, 0.0, 0.0];
+                let [rest, .., integral] =
+                    self.moved(start, [command[0], turn], drop, direction, share * h);
+                self.state = [rest, 0.0, 0.0, 0.0, 0.0, integral];
+                direction = escape(self.driven(turn, drop));
                 if direction != 0.0 {
                     let left = (1.0 - share) * h;
                     self.state = self.moved(self.state, [turn, command[1]], drop, direction, left);
@@ -435,6 +443,12 @@ impl Spool {
         {
             *kept = direction;
         }
+    }
+
+    /// What drives the spool, with what its controller has integrated, V; friction is not in it.
+    fn driven(&self, u: f64, drop: f64) -> f64 {
+        let [x, .., integral] = self.state;
+        self.drive(x, u, drop) + integral / self.valve.gain
     }
 
     /// sat(u − x) and what flow force, soft stop, detent and preload take from it, V; friction is not in it.
@@ -461,45 +475,60 @@ impl Spool {
 
     fn moved(&self, state: State, command: [f64; 2], drop: f64, direction: f64, h: f64) -> State {
         let winds_up = self.winds_up();
-        let mut end = runge_kutta(state, h, |[x, v, bristles, rings, swings], share| {
-            let u = command[0] + share * (command[1] - command[0]);
-            let mut drive = self.drive(x, u, drop);
-            let mut bend = 0.0;
-            match self.friction {
-                Friction::None | Friction::Windup { .. } => {}
-                Friction::Coulomb {
-                    coulomb,
-                    excess,
-                    stribeck,
-                    ..
-                } => drive -= direction * stribeck_level(coulomb, excess, stribeck, v),
-                Friction::Bristles {
-                    coulomb,
-                    excess,
-                    stribeck,
-                    width,
-                } => {
-                    drive -= coulomb * bristles;
-                    let share = coulomb / stribeck_level(coulomb, excess, stribeck, v);
-                    bend = (v - v.abs() * bristles * share) / width;
+        let mut end = runge_kutta(
+            state,
+            h,
+            |[x, v, bristles, rings, swings, integral], share| {
+                let u = command[0] + share * (command[1] - command[0]);
+                let mut drive = self.drive(x, u, drop);
+                let mut bend = 0.0;
+                match self.friction {
+                    Friction::None | Friction::Windup { .. } => {}
+                    Friction::Coulomb {
+                        coulomb,
+                        excess,
+                        stribeck,
+                        ..
+                    } => drive -= direction * stribeck_level(coulomb, excess, stribeck, v),
+                    Friction::Bristles {
+                        coulomb,
+                        excess,
+                        stribeck,
+                        width,
+                    } => {
+                        drive -= coulomb * bristles;
+                        let share = coulomb / stribeck_level(coulomb, excess, stribeck, v);
+                        bend = (v - v.abs() * bristles * share) / width;
+                    }
                 }
-            }
-            let gain = self.valve.gain
-                * outsider::amplitude_gain(self.amplitude_gain, x)
-                * outsider::direction_gain(self.direction_gain, drive);
-            if let Some(resonance) = &self.resonance {
-                let driving = if resonance.lagged { v } else { gain * drive };
-                let pull = resonance.rate * (driving - rings) - 2.0 * resonance.damping * swings;
-                let lag = (gain * drive - v) / self.valve.time_constant;
-                let speed = self.speed(x, rings, drop, direction);
-                return [speed, lag, bend, swings, resonance.rate * pull];
-            }
-            let speed = self.speed(x, v, drop, direction);
-            let lost = if winds_up { speed } else { v };
-            let drag = lost + outsider::quadratic_drag(self.quadratic_damping, v);
-            let torque = outsider::limited_torque(self.torque_limit, gain * drive - drag);
-            [speed, torque / self.valve.time_constant, bend, 0.0, 0.0]
-        });
+                let gain = self.valve.gain
+                    * outsider::amplitude_gain(self.amplitude_gain, x)
+                    * outsider::direction_gain(self.direction_gain, drive);
+                let proportional = gain * drive;
+                let driven = proportional + integral;
+                let grows = self.integral_action * proportional;
+                if let Some(resonance) = &self.resonance {
+                    let driving = if resonance.lagged { v } else { driven };
+                    let pull =
+                        resonance.rate * (driving - rings) - 2.0 * resonance.damping * swings;
+                    let lag = (driven - v) / self.valve.time_constant;
+                    let speed = self.speed(x, rings, drop, direction);
+                    return [speed, lag, bend, swings, resonance.rate * pull, grows];
+                }
+                let speed = self.speed(x, v, drop, direction);
+                let lost = if winds_up { speed } else { v };
+                let drag = lost + outsider::quadratic_drag(self.quadratic_damping, v);
+                let torque = outsider::limited_torque(self.torque_limit, driven - drag);
+                [
+                    speed,
+                    torque / self.valve.time_constant,
+                    bend,
+                    0.0,
+                    0.0,
+                    grows,
+                ]
+            },
+        );
         if let Speed::Limited(limit) = self.speed {
             end[1] = end[1].clamp(-limit, limit);
         }

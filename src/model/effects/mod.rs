@@ -172,6 +172,7 @@ mod flow_saturation;
 mod friction;
 mod gain_curvature;
 mod hysteresis;
+mod integral_action;
 mod leakage;
 mod line_resonance;
 mod null_bias;
@@ -246,6 +247,7 @@ catalogue! {
     viscosity_drift::ViscosityDriftSettling = SETTLING,
     sensor_drift::SensorDriftSettling = SETTLING,
     periodic_disturbance::PeriodicDisturbanceWithOvertones = OVERTONE,
+    integral_action::IntegralAction,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

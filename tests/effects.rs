@@ -1058,7 +1058,7 @@ fn a_spool_that_sticks_does_not_move_at_all() {
 
 #[test]
 fn a_ramp_is_followed_without_lag_where_its_rate_is_fed_forward_by_one_over_the_gain() {
-    // The loop is late by rate over gain and settles at the DC gain times the ramp.
+    // The loop is late by rate over gain and settles at the DC gain times the ramp. One that integrates is not late at all.
     let (gain, rate) = (200.0, 8.0);
     let lag_of = |effect: &str, value: f64| {
         let structure = Structure {
@@ -1073,6 +1073,7 @@ fn a_ramp_is_followed_without_lag_where_its_rate_is_fed_forward_by_one_over_the_
         ("feed_forward", 0.0, rate / gain),
         ("feed_forward", 1.0 / gain, 0.0),
         ("feed_forward", 2.5 / gain, -1.5 * rate / gain),
+        ("integral_action", 20.0, 0.0),
         ("dc_gain", 0.9, 0.1 * rate * 0.999 + 0.9 * rate / gain),
     ] {
         let lag = lag_of(effect, value);

@@ -198,13 +198,13 @@ fn what_explains_most_and_not_all_is_a_part_and_the_rest_is_located() {
 #[test]
 fn what_comes_closest_is_told_where_nothing_fits() {
     let folder = tempfile::tempdir().unwrap();
-    let (report, printed) = identified(folder.path(), "friction=0.3", "hysteresis,null_bias");
+    let (report, printed) = identified(folder.path(), "friction=0.3", "dead_band,null_bias");
     assert_eq!(report["verdict"], "unexplained", "{printed}");
     let nearest = report["nearest"].as_array().unwrap();
-    assert_eq!(nearest[0]["name"], "hysteresis", "{nearest:?}");
+    assert_eq!(nearest[0]["name"], "dead_band", "{nearest:?}");
     let explained = nearest[0]["explained"].as_f64().unwrap();
     assert!(0.0 < explained && explained < 0.8, "{explained}");
-    assert!(printed.contains("Of the error above the noise come closest: hysteresis ("));
+    assert!(printed.contains("Of the error above the noise come closest: dead_band ("));
 }
 
 #[test]

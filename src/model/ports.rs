@@ -104,7 +104,7 @@ pub trait Ports<R: Real> {
 
     /// Where a spool is that the integration has at `spool`, moving at `speed`.
     #[inline(always)]
-    fn place(&self, spool: R, _speed: R) -> R {
+    fn place(&self, _state: &[R], spool: R, _speed: R) -> R {
         spool
     }
 
@@ -379,10 +379,11 @@ impl<R: Real> Ports<R> for Attached<R> {
     }
 
     #[inline(always)]
-    fn place(&self, spool: R, speed: R) -> R {
+    fn place(&self, state: &[R], spool: R, speed: R) -> R {
         let mut spool = spool;
         for effect in &self.effects {
-            spool = effect.action.place(spool, speed);
+            let own = &state[effect.states.clone()];
+            spool = effect.action.place(own, spool, speed);
         }
         spool
     }

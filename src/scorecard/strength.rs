@@ -124,6 +124,8 @@ impl Open {
                 extra("warm_up", 0.3 * setup.seconds, setup.seconds);
             }
             Kind::SpoolResonance if form == Form::Lagged => extra("damping", 0.2, 0.6),
+            Kind::DeadBand if form == Form::Compensated => extra("start", 0.02, 0.2),
+            Kind::FlowForce if form == Form::Angle => extra("turn", 0.3, 0.8),
             _ => {}
         }
         let heats = kind == Kind::ViscosityDrift && form == Form::Usual && rng.random();

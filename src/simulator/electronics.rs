@@ -9,6 +9,8 @@ use rand_chacha::ChaCha8Rng;
 /// The path of the command.
 pub(super) struct Electronics {
     dead_band: f64,
+    /// What is added to a command, V, and from which on all of it is, V.
+    compensation: Option<[f64; 2]>,
     dc_gain: f64,
     null_bias: f64,
     pade: Option<Pade>,
@@ -33,6 +35,8 @@ impl Electronics {
             .map_or(vec![], |p| Lag::in_a_row(p.form, p.value));
         let mut path = Self {
             dead_band,
+            compensation: find(planted, Kind::DeadBand, Form::Compensated)
+                .map(|p| [p.value, p.key("start").unwrap_or(1.0)]),
             dc_gain,
             null_bias,
             lags,
@@ -71,6 +75,8 @@ impl Electronics {
     /// What leaves without its lags where `command` enters.
     fn passed(&mut self, command: f64) -> f64 {
         let u = command - command.clamp(-self.dead_band, self.dead_band);
+        let jump = |[most, start]: [f64; 2]| (most * u / start).clamp(-most, most);
+        let u = u + self.compensation.map_or(0.0, jump);
         let u = self.dc_gain * u + self.null_bias;
         let u = self.hysteresis.as_mut().map_or(u, |h| h.apply(u));
         self.clamp.map_or(u, |limit| u.clamp(-limit, limit))

@@ -84,11 +84,14 @@ pub enum Form {
     Preisach,
     /// A play between the spool and what its loop is fed back.
     Feedback,
+    /// A play between what the loop moves, and is fed back, and the spool.
+    Linkage,
     /// A spool that nears its highest speed smoothly.
     Smooth,
     /// A limit on z' instead of x': in effect a smaller saturation S.
     Integrator,
-    /// A limit, a friction or a force on z − x behind the integrator of the loop, which goes on and winds up.
+    /// A limit, a friction or a force on z − x behind the integrator of the loop, which goes on and winds up; a controller that
+    /// integrates the error itself, before that is limited.
     Windup,
     /// A resonance behind the valve's lag, with a damping of its own.
     Lagged,
@@ -128,6 +131,10 @@ pub enum Form {
     SecondOrder,
     /// A drift that begins at its rate and comes to rest.
     Settling,
+    /// A jump where a dead band would be.
+    Compensated,
+    /// A force that grows ever less.
+    Angle,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -141,6 +148,7 @@ impl Form {
             Self::BoucWen => "bouc_wen",
             Self::Preisach => "preisach",
             Self::Feedback => "feedback",
+            Self::Linkage => "linkage",
             Self::Smooth => "smooth",
             Self::Integrator => "integrator",
             Self::Windup => "windup",
@@ -164,6 +172,8 @@ impl Form {
             Self::SecondOrder => "second_order",
             Self::Settling => "settling",
             Self::Overtone => "overtone",
+            Self::Compensated => "compensated",
+            Self::Angle => "angle",
         }
     }
 }
@@ -234,12 +244,13 @@ impl Kind {
         };
         match self {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
-            Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2, &[], &[]),
+            Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2,
+                &[Form::Compensated], &[("start", 0.06, &[Form::Compensated])]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96, &[], &[]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
                 &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
-                &[Form::BoucWen, Form::Preisach, Form::Feedback], &[("width", f64::NAN, &[Form::BoucWen])]),
+                &[Form::BoucWen, Form::Preisach, Form::Feedback, Form::Linkage], &[("width", f64::NAN, &[Form::BoucWen])]),
             Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
             Self::CommandHum => entry("command_hum", "V", "electronics", (0.0, 10.0), 0.2,
                 &[Form::Overtone], HUM),
@@ -248,7 +259,7 @@ impl Kind {
                 &[], &[("square", 0.0, USUAL)]),
             Self::SpoolResonance => entry("spool_resonance", "Hz", "spool", (1.0, 2000.0), 60.0,
                 &[Form::Lagged], &[("damping", 0.4, &[Form::Lagged])]),
-            Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0, &[], &[]),
+            Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0, &[Form::Windup], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides],
                 &[("bend", 0.8, &[Form::Rounded, Form::Pilot]), ("negative", 1e5, &[Form::Sides])]),
@@ -259,7 +270,7 @@ impl Kind {
                     ("width", 0.05, &[Form::Dahl, Form::Lugre]),
                 ]),
             Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1,
-                &[Form::Windup], &[]),
+                &[Form::Windup, Form::Angle], &[("turn", 0.5, &[Form::Angle])]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
                 &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic, Form::Sides],
                 &[
@@ -643,7 +654,7 @@ mod tests {
             ("delay=-1", "from 0 to 1 s"),
             ("delay=nan", "from 0 to 1 s"),
             ("delay~dahl=0.1", "pade"),
-            ("dead_band~dahl=0.1", "leave the form"),
+            ("dc_gain~dahl=0.1", "leave the form"),
             ("delay.flow=0.1", "leave the channel"),
             ("sensor_lag.temperature=0.1", "spool or flow"),
             ("sensor_lag.flw=0.1", "flw"),

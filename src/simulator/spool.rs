@@ -20,6 +20,8 @@ pub(super) struct Spool {
     friction: Friction,
     flow_force: f64,
     flow_force_behind: f64,
+    /// Near null, and by what share less at full scale.
+    flow_force_of_angle: [f64; 2],
     stop: Stop,
     quadratic_damping: f64,
     amplitude_gain: f64,
@@ -29,7 +31,10 @@ pub(super) struct Spool {
     torque_limit: f64,
     feed_forward: f64,
     integral_action: f64,
+    /// The same of a controller that integrates the error before that is limited, 1/s.
+    integral_before_limit: f64,
     backlash: Option<Backlash>,
+    linkage: Option<Backlash>,
     transducer: Transducer,
     resonance: Option<Resonance>,
     /// Position, V; velocity, V/s; the deflection of the bristles, from −1 to 1; and of what rings its velocity, V/s, and
@@ -118,10 +123,10 @@ enum Friction {
     },
 }
 
-/// A play between the spool and what its loop is fed back.
+/// A play between what the loop moves and what follows it: what the loop is fed back, or the spool.
 struct Backlash {
     half_width: f64,
-    /// What is fed back, V.
+    /// What follows, V.
     at: f64,
 }
 
@@ -168,7 +173,7 @@ enum Stop {
 }
 
 impl Backlash {
-    fn fed_back(&self, x: f64) -> f64 {
+    fn follower(&self, x: f64) -> f64 {
         self.at.clamp(x - self.half_width, x + self.half_width)
     }
 }
@@ -262,6 +267,12 @@ impl Spool {
             .or(hard)
             .or_else(|| stroke(Form::Windup).map(Stop::Windup))
             .unwrap_or(Stop::None);
+        let play = |form| {
+            find(planted, Kind::Hysteresis, form).map(|p| Backlash {
+                half_width: p.value,
+                at: position,
+            })
+        };
         Self {
             valve,
             speed,
@@ -269,6 +280,8 @@ impl Spool {
             flow_force: value(planted, Kind::FlowForce),
             flow_force_behind: find(planted, Kind::FlowForce, Form::Windup)
                 .map_or(0.0, |p| p.value),
+            flow_force_of_angle: find(planted, Kind::FlowForce, Form::Angle)
+                .map_or([0.0; 2], |p| [p.value, p.key("turn").unwrap_or(0.0)]),
             stop,
             quadratic_damping: strength(outsiders, Oddity::QuadraticDamping),
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
@@ -278,19 +291,20 @@ impl Spool {
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
             feed_forward: value(planted, Kind::FeedForward),
             integral_action: value(planted, Kind::IntegralAction),
-            backlash: find(planted, Kind::Hysteresis, Form::Feedback).map(|p| Backlash {
-                half_width: p.value,
-                at: position,
-            }),
+            integral_before_limit: find(planted, Kind::IntegralAction, Form::Windup)
+                .map_or(0.0, |p| p.value),
+            backlash: play(Form::Feedback),
+            linkage: play(Form::Linkage),
             transducer: Transducer::planted(planted),
             resonance: Resonance::planted(&valve, planted),
             state: [position, 0.0, 0.0, 0.0, 0.0, 0.0],
         }
     }
 
-    /// Its position, V, with what is fed forward of its motion.
+    /// Its position, V, behind its play and with what is fed forward of its motion.
     pub(super) fn position(&self) -> f64 {
-        self.state[0] + self.feed_forward * self.state[1]
+        let x = self.state[0] + self.feed_forward * self.state[1];
+        self.linkage.as_ref().map_or(x, |play| play.follower(x))
     }
 
     /// Moves on by `h` s, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is
@@ -304,8 +318,11 @@ impl Spool {
             }
         }
         let x = self.state[0];
-        if let Some(play) = &mut self.backlash {
-            play.at = play.fed_back(x);
+        for play in [&mut self.backlash, &mut self.linkage]
+            .into_iter()
+            .flatten()
+        {
+            play.at = play.follower(x);
         }
         if let Stop::Windup(limit) = self.stop
             && self.state[0].abs() > limit
@@ -419,8 +436,9 @@ impl Spool {
         if direction == 0.0 {
             // What integrates goes on where the spool sticks.
             let middle = (command[0] + command[1]) / 2.0;
-            let drive = self.valve.gain * self.drive(start[0], middle, drop);
-            self.state[5] += self.integral_action * drive * h;
+            let reference = self.reference(middle, start[5]);
+            let drive = self.valve.gain * self.drive(start[0], reference, drop);
+            self.state[5] += self.grows(middle, start[0], drive) * h;
         } else {
             self.state = self.moved(start, command, drop, direction, h);
             if self.state[1] * direction < 0.0 {
@@ -445,22 +463,49 @@ impl Spool {
         }
     }
 
+    /// What its loop is fed back of a spool at `x`, V.
+    fn fed_back(&self, x: f64) -> f64 {
+        let follower = self.backlash.as_ref().map_or(x, |play| play.follower(x));
+        self.transducer.shown(follower)
+    }
+
+    /// The command with what its controller has integrated of the error before that is limited, V.
+    fn reference(&self, u: f64, integral: f64) -> f64 {
+        match self.integral_before_limit {
+            0.0 => u,
+            rate => u + rate * integral,
+        }
+    }
+
+    /// How fast that, or what it has integrated of the `proportional` part, V/s, grows.
+    fn grows(&self, u: f64, x: f64, proportional: f64) -> f64 {
+        match self.integral_before_limit {
+            0.0 => self.integral_action * proportional,
+            _ => u - self.fed_back(x),
+        }
+    }
+
     /// What drives the spool, with what its controller has integrated, V; friction is not in it.
     fn driven(&self, u: f64, drop: f64) -> f64 {
         let [x, .., integral] = self.state;
-        self.drive(x, u, drop) + integral / self.valve.gain
+        let after_limit = match self.integral_before_limit {
+            0.0 => integral / self.valve.gain,
+            _ => 0.0,
+        };
+        self.drive(x, self.reference(u, integral), drop) + after_limit
     }
 
     /// sat(u − x) and what flow force, soft stop, detent and preload take from it, V; friction is not in it.
     fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
-        let fed_back = self.backlash.as_ref().map_or(x, |play| play.fed_back(x));
-        let fed_back = self.transducer.shown(fed_back);
+        let fed_back = self.fed_back(x);
         let mut drive = (u - fed_back).clamp(-self.valve.saturation, self.valve.saturation);
         if let Speed::Integrator(limit) = self.speed {
             let limit = limit / self.valve.gain;
             drive = drive.clamp(-limit, limit);
         }
-        drive -= self.flow_force * x * drop;
+        let [near_null, turn] = self.flow_force_of_angle;
+        let turned = near_null * (1.0 - turn * x.abs() / FULL_SCALE).max(0.0);
+        drive -= (self.flow_force + turned) * x * drop;
         if let Stop::Soft { limit, stiffness } = self.stop {
             drive -= stiffness * (x - x.clamp(-limit, limit));
         }
@@ -480,7 +525,7 @@ impl Spool {
             h,
             |[x, v, bristles, rings, swings, integral], share| {
                 let u = command[0] + share * (command[1] - command[0]);
-                let mut drive = self.drive(x, u, drop);
+                let mut drive = self.drive(x, self.reference(u, integral), drop);
                 let mut bend = 0.0;
                 match self.friction {
                     Friction::None | Friction::Windup { .. } => {}
@@ -505,8 +550,12 @@ impl Spool {
                     * outsider::amplitude_gain(self.amplitude_gain, x)
                     * outsider::direction_gain(self.direction_gain, drive);
                 let proportional = gain * drive;
-                let driven = proportional + integral;
-                let grows = self.integral_action * proportional;
+                let after_limit = match self.integral_before_limit {
+                    0.0 => integral,
+                    _ => 0.0,
+                };
+                let driven = proportional + after_limit;
+                let grows = self.grows(u, x, proportional);
                 if let Some(resonance) = &self.resonance {
                     let driving = if resonance.lagged { v } else { driven };
                     let pull =

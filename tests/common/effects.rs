@@ -134,7 +134,9 @@ pub(crate) fn plant(parameters: &mut [Parameter], effect: Effect, scale: &Scale,
 }
 
 /// What a trial leaves absent, or too small to compare anything with.
-const AUDIBLE: [(&str, f64); 27] = [
+const AUDIBLE: [(&str, f64); 29] = [
+    ("compensation", 2.5),
+    ("compensation_start", 2.5),
     ("stroke_limit_bottom", 1.5),
     ("stiction", 0.3),
     ("stribeck_speed", 10.0),

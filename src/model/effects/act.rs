@@ -189,7 +189,7 @@ pub trait Act<R: Real> {
 
     /// Where a spool is that an integration step has at `spool`, moving at `speed`.
     #[inline(always)]
-    fn place(&self, spool: R, _speed: R) -> R {
+    fn place(&self, _own: &[R], spool: R, _speed: R) -> R {
         spool
     }
 

@@ -58,9 +58,77 @@ impl<R: Real> Act<R> for DeadBand<R> {
     }
 }
 
+pub(super) const COMPENSATED: Entry = Entry {
+    name: "dead_band~compensated",
+    summary: "The amplifier jumps over a dead band that the valve does not have, or not as wide",
+    finding: "the amplifier adds {compensation} to every command beyond {compensation_start}, and less in proportion below it",
+    equation: "u + compensation clamp(u/compensation_start, ±1)",
+    shows: "a spool that jumps through null with small commands and is ahead by as much with large ones, the same in both directions",
+    confused: "null_bias, which shifts both directions the same way; dc_gain, whose error grows with the command",
+    source: "dead-band compensation of amplifiers for proportional valves with overlap",
+    parameters: |scale, _| {
+        let [least, start, most] = [0.0005, 0.005, 0.3].map(|share| share * scale.command);
+        vec![
+            Parameter::linear(
+                "compensation",
+                &scale.command_unit,
+                0.0,
+                0.0,
+                0.3 * scale.command,
+            ),
+            Parameter::log(
+                "compensation_start",
+                &scale.command_unit,
+                least,
+                start,
+                most,
+            ),
+        ]
+    },
+    trials: |scale, _| {
+        [[0.01, 0.005], [0.03, 0.005], [0.05, 0.08]]
+            .map(|shares| shares.map(|share| share * scale.command).to_vec())
+            .to_vec()
+    },
+    ..ENTRY
+};
+
+/// The amplifier jumps over a dead band.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct DeadBandCompensated<R> {
+    jump: R,
+    start: R,
+}
+
+impl<R: Real> DeadBandCompensated<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            jump: next(),
+            start: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for DeadBandCompensated<R> {
+    #[inline(always)]
+    fn command(&self, _own: &mut [R], command: R) -> R {
+        let one = R::constant(1.0);
+        command + self.jump * (command / self.start).clamp(-one, one)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_beyond_the_start_gets_the_whole_jump() {
+        let mut values = [0.5, 0.25].into_iter();
+        let effect: DeadBandCompensated<f64> = DeadBandCompensated::new(|| values.next().unwrap());
+        let found = [-2.0, -0.25, 0.0, 0.125, 3.0].map(|u| effect.command(&mut [], u));
+        assert_eq!(found, [-2.5, -0.75, 0.0, 0.375, 3.5]);
+    }
 
     #[test]
     fn what_is_beyond_the_band_passes() {

@@ -92,7 +92,8 @@ impl Effect {
     /// Whether it puts a spool that moves ahead of where the loop has it.
     pub(crate) fn leads(&self) -> bool {
         let action = Action::<f64>::new(self.entry.name, || 1.0);
-        action.place(0.0, 1.0) > 0.0
+        let own = vec![0.0; self.entry.states.len()];
+        action.place(&own, 0.0, 1.0) > 0.0
     }
 
     /// The view that shows it best.

@@ -53,7 +53,7 @@ impl<R: Real> Act<R> for FeedForward<R> {
     /// What a linear loop makes of u + T du/dt is what it makes of u, and T times the rate of that: so no command that jumps
     /// has to be differentiated.
     #[inline(always)]
-    fn place(&self, spool: R, speed: R) -> R {
+    fn place(&self, _own: &[R], spool: R, speed: R) -> R {
         spool + self.lead * speed
     }
 }
@@ -66,6 +66,6 @@ mod tests {
     fn the_spool_is_ahead_by_its_speed() {
         let mut values = [0.008].into_iter();
         let effect: FeedForward<f64> = FeedForward::new(|| values.next().unwrap());
-        assert_eq!(effect.place(1.0, -50.0), 0.6);
+        assert_eq!(effect.place(&[], 1.0, -50.0), 0.6);
     }
 }

@@ -84,9 +84,86 @@ impl<R: Real> Act<R> for FlowForceBehind<R> {
     }
 }
 
+pub(super) const ANGLE: Entry = Entry {
+    name: "flow_force~angle",
+    summary: "The steady flow force pulls the spool towards null, and less than in proportion where its jet turns with the opening",
+    finding: "the flow force holds the spool back by {flow_force_near_null} of its opening near null at the rated pressure drop, and by {flow_force_turn} less at full stroke",
+    equation: "dz/dt = K (sat(u - x, S) - flow_force_near_null h(x) (1 - flow_force_turn |x|/flow_force_span) dp/dp_ref)",
+    shows: "a spool error that grows with the opening, and ever less",
+    confused: "feedback_curvature, whose error does not know the pressure drop",
+    source: "von Mises; Merritt, Hydraulic Control Systems, 1967: the angle of the jet turns from 21 to 69 degrees with the opening",
+    parameters: |scale, _| {
+        vec![
+            Parameter::linear("flow_force_near_null", "1", 0.0, 0.0, 1.0),
+            Parameter::linear("flow_force_turn", "1", 0.0, 0.0, 0.95),
+            Parameter::linear(
+                "flow_force_span",
+                &scale.command_unit,
+                0.0,
+                scale.command,
+                scale.command,
+            )
+            .fixed(),
+        ]
+    },
+    trials: |_, _| vec![vec![0.03, 0.5], vec![0.2, 0.5]],
+    ..ENTRY
+};
+
+/// The steady flow force, whose jet turns with the opening, pulls the spool towards null.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct FlowForceOfAngle<R> {
+    share: R,
+    turn: R,
+    span: R,
+}
+
+impl<R: Real> FlowForceOfAngle<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            share: next(),
+            turn: next(),
+            span: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for FlowForceOfAngle<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn drive(&self, _own: &[R], drive: R, motion: &Motion<R>) -> R {
+        let (zero, one) = (R::constant(0.0), R::constant(1.0));
+        let left = (one - self.turn * motion.spool.abs() / self.span).max(zero);
+        drive - motion.gain * self.share * left * motion.load
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn at_full_stroke_the_jet_has_turned() {
+        let mut values = [0.1, 0.5, 10.0].into_iter();
+        let effect: FlowForceOfAngle<f64> = FlowForceOfAngle::new(|| values.next().unwrap());
+        let force = |spool: f64| {
+            let motion = Motion {
+                gain: 200.0,
+                time_constant: 0.003,
+                spool,
+                speed: 0.0,
+                slip_direction: 0.0,
+                load: spool,
+            };
+            -effect.drive(&[], 0.0, &motion) / 200.0
+        };
+        assert!((force(0.01) - 0.001).abs() < 1e-6);
+        assert!((force(-10.0) + 0.5).abs() < 1e-12);
+    }
 
     #[test]
     fn the_drive_loses_the_force() {

@@ -50,10 +50,16 @@ impl<R: Real> Hysteresis<R> {
     }
 }
 
+/// Where what follows through a play of this half-width is, which was at `follower`, when what leads it is at `leader`.
+#[inline(always)]
+fn behind_play<R: Real>(width: R, follower: R, leader: R) -> R {
+    (leader - width).max((leader + width).min(follower))
+}
+
 impl<R: Real> Act<R> for Hysteresis<R> {
     #[inline(always)]
     fn command(&self, own: &mut [R], command: R) -> R {
-        let follower = (command - self.width).max((command + self.width).min(own[0]));
+        let follower = behind_play(self.width, own[0], command);
         own[0] = follower;
         follower
     }
@@ -102,7 +108,7 @@ impl<R: Real> HysteresisOfFeedback<R> {
 
     #[inline(always)]
     fn feedback(&self, own: R, spool: R) -> R {
-        (spool - self.width).max((spool + self.width).min(own))
+        behind_play(self.width, own, spool)
     }
 }
 
@@ -127,9 +133,81 @@ impl<R: Real> Act<R> for HysteresisOfFeedback<R> {
     }
 }
 
+pub(super) const LINKAGE: Entry = Entry {
+    name: "hysteresis~linkage",
+    port: Port::Actuator,
+    summary: "A play lies between what drives the spool and the spool",
+    finding: "a play of ±{hysteresis_linkage} lies between the spool and what drives it, whose position the loop controls",
+    equation: "spool y = max(x - b, min(x + b, y_before)), half-width b = hysteresis_linkage, x what the loop controls",
+    shows: "a spool that stands still at every reversal until what drives it has crossed the play, at any speed",
+    confused: "hysteresis, whose play the loop follows with its own lag; friction, which needs an error before it moves",
+    source: "backlash of linkages and gears: Nordin, Gutman, Controlling mechanical systems with backlash, Automatica 38, 2002",
+    parameters: |scale, _| {
+        let most = 0.2 * scale.command;
+        vec![Parameter::linear(
+            "hysteresis_linkage",
+            &scale.command_unit,
+            0.0,
+            0.0,
+            most,
+        )]
+    },
+    applies: host::moves_a_spool,
+    states: &["play_of_linkage"],
+    ..ENTRY
+};
+
+/// What drives the spool does so through a play.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct HysteresisOfLinkage<R> {
+    width: R,
+}
+
+impl<R: Real> HysteresisOfLinkage<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { width: next() }
+    }
+}
+
+impl<R: Real> Act<R> for HysteresisOfLinkage<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn place(&self, own: &[R], spool: R, _speed: R) -> R {
+        behind_play(self.width, own[0], spool)
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], _command: R, spool: R, _stage: &Stage<R>) {
+        own[0] = behind_play(self.width, own[0], spool);
+    }
+
+    #[inline(always)]
+    fn settled_spool(&self, own: &mut [R], spool: R) {
+        own[0] = spool;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn behind_a_linkage_the_spool_stands_until_the_play_is_crossed() {
+        let mut values = [0.5].into_iter();
+        let effect: HysteresisOfLinkage<f64> = HysteresisOfLinkage::new(|| values.next().unwrap());
+        let mut own = [0.0];
+        effect.settled_spool(&mut own, 1.0);
+        let found = [1.25, 2.0, 3.0, 2.5, 2.0, 1.0].map(|driven| {
+            let spool = effect.place(&own, driven, 0.0);
+            effect.remember(&mut own, 0.0, driven, &Stage::first(0.0, 0.0));
+            spool
+        });
+        assert_eq!(found, [1.0, 1.5, 2.5, 2.5, 2.5, 1.5]);
+    }
 
     #[test]
     fn in_the_feedback_the_spool_runs_ahead_by_the_half_width() {

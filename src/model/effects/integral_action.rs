@@ -2,7 +2,7 @@
 
 use super::host;
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Motion, Port};
+use super::{Act, Entry, Motion, Port, Stage};
 use crate::model::{Pace, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -88,9 +88,98 @@ impl<R: Real> Act<R> for IntegralAction<R> {
     }
 }
 
+pub(super) const BEFORE: Entry = Entry {
+    name: "integral_action~windup",
+    summary: "The controller of the spool's loop integrates its error as well, also while its drive is limited",
+    finding: "the loop's controller integrates, with {integral_action_windup} of its proportional part, also while its drive is limited",
+    equation: "dz/dt = K sat(e + integral_action_windup int e dt, S), e = u - x",
+    shows: "a spool that runs further past its command the longer its drive was limited on the way",
+    confused: "integral_action, whose integral waits while the drive is limited",
+    parameters: |scale, _| {
+        vec![
+            Parameter::linear(
+                "integral_action_windup",
+                "1/s",
+                0.0,
+                0.0,
+                fastest(scale.interval),
+            )
+            .paced(Pace::Rate),
+        ]
+    },
+    states: &["integral_of_error", "spool_at_step"],
+    ..ENTRY
+};
+
+/// The controller integrates before its output is limited.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct IntegralActionBeforeLimit<R> {
+    rate: R,
+}
+
+impl<R: Real> IntegralActionBeforeLimit<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { rate: next() }
+    }
+
+    /// The integral of the error now, by the trapezium over the step: `own` are that when the step began, and the spool then.
+    #[inline(always)]
+    fn integral(&self, own: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
+        let errors = (stage.command - own[1]) + (command - spool);
+        own[0] + R::constant(0.5) * stage.since * errors
+    }
+}
+
+impl<R: Real> Act<R> for IntegralActionBeforeLimit<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, own: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
+        command + self.rate * self.integral(own, command, spool, stage)
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], command: R, spool: R, stage: &Stage<R>) {
+        own[0] = self.integral(own, command, spool, stage);
+        own[1] = spool;
+    }
+
+    #[inline(always)]
+    fn settled_spool(&self, own: &mut [R], spool: R) {
+        own[0] = R::constant(0.0);
+        own[1] = spool;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_integral_of_the_error_goes_on_in_every_step() {
+        let mut values = [12.0].into_iter();
+        let effect: IntegralActionBeforeLimit<f64> =
+            IntegralActionBeforeLimit::new(|| values.next().unwrap());
+        let mut own = [0.0; 2];
+        effect.settled_spool(&mut own, 1.0);
+        let stage = |since: f64| Stage {
+            since,
+            ..Stage::first(3.0, 0.0)
+        };
+        // From 1 to 2 in a second, at a command of 3: errors of 2 and 1.
+        assert_eq!(
+            effect.reference(&own, 3.0, 2.0, &stage(1.0)),
+            3.0 + 12.0 * 1.5
+        );
+        effect.remember(&mut own, 3.0, 2.0, &stage(1.0));
+        assert_eq!(
+            effect.reference(&own, 3.0, 2.0, &stage(0.0)),
+            3.0 + 12.0 * 1.5
+        );
+    }
 
     #[test]
     fn what_it_adds_is_the_integral_of_the_drive_without_it() {

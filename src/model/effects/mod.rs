@@ -115,8 +115,8 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.end_step(own, lead, spool, drive, start, step),)* Self::Own(users) => users.0.end_step(own, lead, spool, drive, start, step) }
             }
             #[inline(always)]
-            fn place(&self, spool: R, speed: R) -> R {
-                match self { $(Self::$Type(effect) => effect.place(spool, speed),)* Self::Own(users) => users.0.place(spool, speed) }
+            fn place(&self, own: &[R], spool: R, speed: R) -> R {
+                match self { $(Self::$Type(effect) => effect.place(own, spool, speed),)* Self::Own(users) => users.0.place(own, spool, speed) }
             }
             #[inline(always)]
             fn opening(&self, opening: R) -> R {
@@ -248,6 +248,10 @@ catalogue! {
     sensor_drift::SensorDriftSettling = SETTLING,
     periodic_disturbance::PeriodicDisturbanceWithOvertones = OVERTONE,
     integral_action::IntegralAction,
+    integral_action::IntegralActionBeforeLimit = BEFORE,
+    dead_band::DeadBandCompensated = COMPENSATED,
+    flow_force::FlowForceOfAngle = ANGLE,
+    hysteresis::HysteresisOfLinkage = LINKAGE,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -67,7 +67,7 @@ impl<R: Real, const SIDES: bool> Act<R> for Stops<R, SIDES> {
     }
 
     #[inline(always)]
-    fn place(&self, spool: R, _speed: R) -> R {
+    fn place(&self, _own: &[R], spool: R, _speed: R) -> R {
         spool.clamp(self.bottom, self.top)
     }
 
@@ -170,7 +170,7 @@ impl<R: Real> Act<R> for StrokeLimitBehind<R> {
     }
 
     #[inline(always)]
-    fn place(&self, spool: R, _speed: R) -> R {
+    fn place(&self, _own: &[R], spool: R, _speed: R) -> R {
         spool.clamp(-self.limit, self.limit)
     }
 
@@ -252,7 +252,7 @@ impl<R: Real> Act<R> for StrokeLimitClipped<R> {
     }
 
     #[inline(always)]
-    fn place(&self, spool: R, _speed: R) -> R {
+    fn place(&self, _own: &[R], spool: R, _speed: R) -> R {
         spool.clamp(-self.limit, self.limit)
     }
 }
@@ -371,7 +371,7 @@ mod tests {
         let mut values = [1.5].into_iter();
         let effect: StrokeLimitClipped<f64> = StrokeLimitClipped::new(|| values.next().unwrap());
         assert_eq!(
-            [1.0, 2.0, -2.0].map(|x| effect.place(x, 90.0)),
+            [1.0, 2.0, -2.0].map(|x| effect.place(&[], x, 90.0)),
             [1.0, 1.5, -1.5]
         );
         assert_eq!(

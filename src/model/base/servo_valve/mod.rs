@@ -368,7 +368,7 @@ impl<R: Real> ServoValveEquations<R> {
                     }
                     None => zero,
                 };
-                let spool = ports.place(self.spool(state, input), speed);
+                let spool = ports.place(state, self.spool(state, input), speed);
                 let mut opening = spool;
                 let (mut flows, mut drop, mut relative_drop) = (None, zero, zero);
                 let mut supplied = None;

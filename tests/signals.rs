@@ -513,6 +513,37 @@ fn without_a_full_scale_no_figure_is_a_share_of_it() {
 }
 
 #[test]
+fn a_command_far_beyond_its_full_scale_is_in_another_unit() {
+    let folder = TempDir::new().unwrap();
+    let run = |unit: &str, more: &[&str]| {
+        let mut text = format!("time [s],command [{unit}],flow [L/min]\n");
+        for k in 0..2000 {
+            let command = if k / 100 % 2 == 0 { 0.0 } else { 98.0 };
+            writeln!(
+                text,
+                "{:.3},{command},{:.2}",
+                f64::from(k) * 1e-3,
+                0.4 * command
+            )
+            .unwrap();
+        }
+        write(folder.path().join("run.csv"), text).unwrap();
+        let call = [&["identify", "run.csv", "--out", "out"], more].concat();
+        let output = servobee(folder.path(), &call);
+        assert!(!output.status.success() && !folder.path().join("out").exists());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for (unit, more) in [("%", &["--full-scale", "10"][..]), ("V", &[])] {
+        let error = run(unit, more);
+        let place = format!("run.csv, column \"command [{unit}]\", sample 100");
+        let problem = format!("is 98 {unit}, 9.8 times the full scale of 10 {unit}");
+        for part in [place.as_str(), &problem, "--full-scale"] {
+            assert!(error.contains(part), "{part} is not in {error}");
+        }
+    }
+}
+
+#[test]
 fn the_gaps_between_held_out_pieces_are_no_resolution_of_time() {
     // Begins at one end, opens more to one side: no floor hides that.
     let folder = TempDir::new().unwrap();

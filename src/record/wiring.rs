@@ -39,6 +39,9 @@ const BELOW_ZERO: f64 = 0.2;
 /// A command goes both ways if it has this share of its largest magnitude on either side.
 const BOTH_WAYS: f64 = 0.2;
 
+/// A valve is overdriven by less than this, as a multiple of its full scale.
+const FARTHEST: f64 = 3.0;
+
 /// What a current loop with a live zero of 4 mA carries, mA, with what its ends may err; below [`BROKEN`] a wire is broken.
 const LIVE: RangeInclusive<f64> = 3.6..=21.0;
 const BROKEN: f64 = 3.6;
@@ -213,6 +216,33 @@ impl Record {
         self.channels()
             .filter(|(_, series)| series.unit == "mA")
             .try_for_each(|(channel, series)| self.check_live_zero(channel, series))
+    }
+
+    /// Refuses a command that goes far beyond its full scale: one of the two is in another unit.
+    ///
+    /// # Errors
+    /// It does.
+    pub fn check_reach(&self, full_scale: f64) -> Result<()> {
+        let command = self.command();
+        let beyond = |value: &f64| value.abs() > FARTHEST * full_scale;
+        let Some(sample) = command.values.iter().position(beyond) else {
+            return Ok(());
+        };
+        let unit = &command.unit;
+        Err(Error::input(
+            format!(
+                "{}, column \"command [{unit}]\", sample {sample}",
+                self.path
+            ),
+            format!(
+                "is {0} {unit}, {1:.1} times the full scale of {full_scale} {unit}",
+                command.values[sample],
+                command.values[sample].abs() / full_scale
+            ),
+            format!(
+                "give the command that opens the valve fully, in {unit}: --full-scale, or full_scale in the file of --model"
+            ),
+        ))
     }
 
     /// Refuses a spool that goes against a command in the same unit: the base model has them alike at rest.

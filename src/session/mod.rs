@@ -167,6 +167,8 @@ impl Session {
                 .iter()
                 .try_for_each(|record| record.check_live_zeros())?,
         }
+        all.iter()
+            .try_for_each(|record| record.check_reach(structure.full_scale))?;
         let parameters = parameters_for(&structure, family);
         let parameters = match &self.model {
             Some(file) => file.parameters(parameters)?,

@@ -207,6 +207,53 @@ fn what_comes_closest_is_told_where_nothing_fits() {
     assert!(printed.contains("Of the error above the noise come closest: dead_band ("));
 }
 
+/// Forms whose records other forms of the same cause, or other causes, follow nearly.
+#[test]
+fn a_form_is_told_from_what_comes_near_it() {
+    for (planted, asked, effect, values) in [
+        (
+            "dead_band~compensated=0.3:start=0.06",
+            "dead_band,null_bias,dc_gain",
+            ("dead_band", "compensated"),
+            &[("compensation", 0.3), ("compensation_start", 0.06)][..],
+        ),
+        (
+            "hysteresis~linkage=0.15",
+            "hysteresis,friction,delay",
+            ("hysteresis", "linkage"),
+            &[("hysteresis_linkage", 0.15)],
+        ),
+        (
+            "flow_force~angle=0.2:turn=0.6",
+            "flow_force,feedback_curvature,dead_band",
+            ("flow_force", "angle"),
+            &[("flow_force_near_null", 0.2), ("flow_force_turn", 0.6)],
+        ),
+        (
+            "integral_action~windup=20",
+            "integral_action,feed_forward,command_lag",
+            ("integral_action", "windup"),
+            &[("integral_action_windup", 20.0)],
+        ),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let (report, printed) = identified(folder.path(), planted, asked);
+        assert_eq!(report["verdict"], "found", "{printed}");
+        let effects = report["effects"].as_array().unwrap();
+        assert_eq!(effects.len(), 1, "{printed}");
+        let named = [&effects[0]["name"], &effects[0]["form"]];
+        assert_eq!(named, [effect.0, effect.1], "{printed}");
+        for (name, value) in values {
+            let parameters = report["parameters"].as_array().unwrap();
+            let own = parameters.iter().find(|one| one["name"] == *name).unwrap();
+            let [found, low, high] =
+                ["value", "low", "high"].map(|key| own[key].as_f64().unwrap_or(f64::NAN));
+            let near = (found / value - 1.0).abs() < 0.05;
+            assert!(near && low < high, "{name}: {low} {found} {high}");
+        }
+    }
+}
+
 #[test]
 fn a_cause_is_named_at_its_other_place_too_with_its_form() {
     let plan = Plan {

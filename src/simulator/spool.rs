@@ -477,6 +477,14 @@ impl Spool {
         }
     }
 
+    /// What a controller has integrated that integrates its limited drive, V/s.
+    fn after_limit(&self, integral: f64) -> f64 {
+        match self.integral_before_limit {
+            0.0 => integral,
+            _ => 0.0,
+        }
+    }
+
     /// How fast that, or what it has integrated of the `proportional` part, V/s, grows.
     fn grows(&self, u: f64, x: f64, proportional: f64) -> f64 {
         match self.integral_before_limit {
@@ -488,11 +496,8 @@ impl Spool {
     /// What drives the spool, with what its controller has integrated, V; friction is not in it.
     fn driven(&self, u: f64, drop: f64) -> f64 {
         let [x, .., integral] = self.state;
-        let after_limit = match self.integral_before_limit {
-            0.0 => integral / self.valve.gain,
-            _ => 0.0,
-        };
-        self.drive(x, self.reference(u, integral), drop) + after_limit
+        let drive = self.drive(x, self.reference(u, integral), drop);
+        drive + self.after_limit(integral) / self.valve.gain
     }
 
     /// sat(u − x) and what flow force, soft stop, detent and preload take from it, V; friction is not in it.
@@ -550,11 +555,7 @@ impl Spool {
                     * outsider::amplitude_gain(self.amplitude_gain, x)
                     * outsider::direction_gain(self.direction_gain, drive);
                 let proportional = gain * drive;
-                let after_limit = match self.integral_before_limit {
-                    0.0 => integral,
-                    _ => 0.0,
-                };
-                let driven = proportional + after_limit;
+                let driven = proportional + self.after_limit(integral);
                 let grows = self.grows(u, x, proportional);
                 if let Some(resonance) = &self.resonance {
                     let driving = if resonance.lagged { v } else { driven };

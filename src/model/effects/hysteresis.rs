@@ -2,8 +2,13 @@
 
 use super::host;
 use super::view::{self, Over, Values, View};
-use super::{Act, Entry, Port, Stage};
+use super::{Act, Entry, Port, Scale, Stage};
 use crate::model::{Parameter, Real};
+
+/// The parameter of each form: half the width of its play.
+fn half_width(name: &str, scale: &Scale) -> Parameter {
+    Parameter::linear(name, &scale.command_unit, 0.0, 0.0, 0.2 * scale.command)
+}
 
 pub(super) const ENTRY: Entry = Entry {
     name: "hysteresis",
@@ -14,15 +19,7 @@ pub(super) const ENTRY: Entry = Entry {
     shows: "a loop of constant width at any speed, however slow; the residual follows the command's direction",
     confused: "friction, whose error grows when the spool moves slowly; a lag, whose loop vanishes at low speed",
     source: "play operator: Visintin, Differential Models of Hysteresis, 1994; ISO 10770-1, hysteresis",
-    parameters: |scale, _| {
-        vec![Parameter::linear(
-            "hysteresis",
-            &scale.command_unit,
-            0.0,
-            0.0,
-            0.2 * scale.command,
-        )]
-    },
+    parameters: |scale, _| vec![half_width("hysteresis", scale)],
     trials: |scale, _| {
         [0.003, 0.012, 0.04]
             .map(|share| vec![share * scale.command])
@@ -79,16 +76,7 @@ pub(super) const FEEDBACK: Entry = Entry {
     shows: "a spool that runs ahead of its command by the play, in the direction of its motion, at any speed",
     confused: "hysteresis, whose spool stays behind its command; friction, which shows at reversals alone",
     source: "backlash in mechanical feedback: Merritt, Hydraulic Control Systems, 1967",
-    parameters: |scale, _| {
-        let most = 0.2 * scale.command;
-        vec![Parameter::linear(
-            "hysteresis_feedback",
-            &scale.command_unit,
-            0.0,
-            0.0,
-            most,
-        )]
-    },
+    parameters: |scale, _| vec![half_width("hysteresis_feedback", scale)],
     applies: host::moves_a_spool,
     states: &["play_of_feedback"],
     ..ENTRY
@@ -142,16 +130,7 @@ pub(super) const LINKAGE: Entry = Entry {
     shows: "a spool that stands still at every reversal until what drives it has crossed the play, at any speed",
     confused: "hysteresis, whose play the loop follows with its own lag; friction, which needs an error before it moves",
     source: "backlash of linkages and gears: Nordin, Gutman, Controlling mechanical systems with backlash, Automatica 38, 2002",
-    parameters: |scale, _| {
-        let most = 0.2 * scale.command;
-        vec![Parameter::linear(
-            "hysteresis_linkage",
-            &scale.command_unit,
-            0.0,
-            0.0,
-            most,
-        )]
-    },
+    parameters: |scale, _| vec![half_width("hysteresis_linkage", scale)],
     applies: host::moves_a_spool,
     states: &["play_of_linkage"],
     ..ENTRY

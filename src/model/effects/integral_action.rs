@@ -55,9 +55,7 @@ impl<R: Real> IntegralAction<R> {
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
         Self { rate: next() }
     }
-}
 
-impl<R: Real> IntegralAction<R> {
     /// What the integral adds to the drive, w, where that has brought the spool's lead to z: dw/dt = r (dz/dt - w) is r times the
     /// drive without it, so that w = r (z - y) with dy/dt = w. `lagging` is y.
     #[inline(always)]

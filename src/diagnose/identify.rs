@@ -252,7 +252,7 @@ impl<'d> Diagnosis<'d> {
             unseen: before.fails_on_held_out_rows_alone(&noise),
             swings: noise.values().any(|noise| noise.swing.is_some()),
             undecided: false,
-            added: false,
+            added: 0,
             structured_before: before.structured(),
             structured_after: before.structured(),
             least_followed: 1.0,
@@ -405,7 +405,7 @@ impl<'d> Diagnosis<'d> {
         }
         self.stage.begins("polishing the result");
         let candidate = self.fitted(base, &found.model)?;
-        criteria.added = true;
+        criteria.added = found.added.len();
         let shares = found.added.iter().map(Added::taken);
         criteria.least_taken = shares.fold(1.0, f64::min);
         criteria.structured_after = candidate.structured();

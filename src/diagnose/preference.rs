@@ -35,6 +35,11 @@ impl Evidence {
         if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
             return false;
         }
+        // The little that others leave may be their own form: a cause of its own explains it to the end.
+        let remainder = old < NEAR * NEAR && before.excess() < excess;
+        if remainder && !self.is_followed_by(after) {
+            return false;
+        }
         let weights = vec![1.0; before.hold_out.len()];
         let starts = self.starts(Side::HoldOut);
         let gain = improvement(

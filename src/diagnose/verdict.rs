@@ -8,6 +8,10 @@ pub(super) const EXPLAINED: f64 = 0.8;
 /// And if each of them takes this share of what those before it have left above the noise, where they do not reach it. Several that
 /// take a little each are the pieces of a curve that is none of theirs.
 const TAKEN: f64 = 0.4;
+/// No more effects than this are named of a model that leaves so many times the noise: each further one bends to what is left of a
+/// law that is none of theirs.
+const FEW: usize = 2;
+const FAR: f64 = 3.0;
 /// They are no part of what a model lacks that fails: of each channel it has to follow this share of what is held out.
 const FOLLOWED: f64 = 0.5;
 /// And the whole of it if the held-out error of every channel may be below this many times its noise, which itself is known
@@ -67,8 +71,8 @@ pub(super) struct Criteria {
     pub(super) least_taken: f64,
     /// Whether the base model fails on held-out rows alone: the effects then rest on nothing that was fitted.
     pub(super) unseen: bool,
-    /// Whether any effect was added.
-    pub(super) added: bool,
+    /// How many effects were added.
+    pub(super) added: usize,
     /// Whether a channel goes on swinging where the command rests, and the model with the effects does not: no free run follows
     /// that in phase, and what lowers its error is chance.
     pub(super) swings: bool,
@@ -96,13 +100,14 @@ impl Criteria {
     /// Whether effects that do not explain everything explain enough to be named.
     fn is_part(&self) -> bool {
         let believed = self.least_ratio < NEAR || self.least_taken >= TAKEN;
-        let most = self.explained() >= EXPLAINED && believed;
+        let pile = self.added > FEW && self.least_ratio >= FAR;
+        let most = self.explained() >= EXPLAINED && believed && !pile;
         (most || !self.structured_after) && self.least_followed >= FOLLOWED && !self.unseen
     }
 
     /// The verdict.
     pub(super) fn verdict(&self) -> Verdict {
-        match (self.added, self.structured_before) {
+        match (self.added > 0, self.structured_before) {
             (true, _) if self.swings || self.undecided => Verdict::Unexplained,
             (true, _) if !self.structured_after && self.least_ratio < NEAR => Verdict::Found,
             (true, _) if self.is_part() => Verdict::Partly,
@@ -128,7 +133,7 @@ mod tests {
             unseen: false,
             swings: false,
             undecided: false,
-            added: true,
+            added: 1,
             structured_before: true,
             structured_after,
             least_followed: 0.9,
@@ -209,6 +214,21 @@ mod tests {
     }
 
     #[test]
+    fn a_pile_of_many_effects_that_stays_far_from_the_noise_is_no_part() {
+        for (added, least_ratio, verdict) in [
+            (2, 5.7, Verdict::Partly),
+            (3, 2.8, Verdict::Partly),
+            (3, 5.7, Verdict::Unexplained),
+        ] {
+            let criteria = Criteria {
+                added,
+                ..criteria(975.0, 36.0, true, least_ratio)
+            };
+            assert_eq!(criteria.verdict(), verdict);
+        }
+    }
+
+    #[test]
     fn what_reaches_the_noise_is_found_and_what_explains_most_is_a_part() {
         for (criteria, explained, verdict) in [
             (criteria(6.0, 1.0, false, 0.97), 1.0, Verdict::Found),
@@ -245,7 +265,7 @@ mod tests {
             (true, false, Verdict::Unexplained),
         ] {
             let nothing = Criteria {
-                added: false,
+                added: 0,
                 structured_before,
                 near_before,
                 ..criteria(1.0, 1.0, structured_before, 1.0)

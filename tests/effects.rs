@@ -99,6 +99,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "slew_limit",
         "slew_limit~windup",
         "slew_limit~sides",
+        "slew_limit~uneven",
         "slew_limit~command",
         "hysteresis~feedback",
         "hysteresis~linkage",
@@ -138,6 +139,8 @@ fn the_catalogue_is_that_of_the_reference() {
         "viscosity_drift~settling",
         "sensor_lag",
         "sensor_lag~second_order",
+        "sensor_lag~turbine",
+        "line_resonance~share",
         "sensor_curvature",
         "sensor_offset",
         "sensor_drift",
@@ -229,8 +232,8 @@ fn neutral_pair(base: &Structure, effect: Effect) -> (Problem, Problem) {
 fn rounding(effect: Effect, with: &Problem) -> Option<f64> {
     let late = effect.entry.name == "delay" && with.structure.hold == Hold::Interpolated;
     let shorter = with.has_exact_steps() && with.structure.has_followers();
-    let bends =
-        ["slew_limit~rounded", "slew_limit~tanh", "slew_limit~pilot"].contains(&effect.entry.name);
+    let bends = ["rounded", "tanh", "pilot", "uneven"];
+    let bends = effect.entry.cause() == "slew_limit" && bends.contains(&effect.entry.form());
     let formula = shorter.then_some(1e-9).or(late.then_some(1e-12));
     bends.then_some(4e-5).or(formula)
 }
@@ -360,6 +363,8 @@ fn every_effect_is_seen_at_its_trials() {
 fn of_steps(effect: Effect, hold: Hold) -> f64 {
     match (effect.entry.cause(), hold) {
         ("line_resonance", _) => 5e-4,
+        // The rotor's rate is that of the mean flow of a step.
+        _ if effect.entry.name == "sensor_lag~turbine" => 5e-4,
         // The reference meets the edges of saturation within steps.
         ("command_lag", _) => 2e-4,
         ("compressibility" | "sensor_lag", _) => 2e-4,
@@ -509,7 +514,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 72] = [
+const TWINS: [Twin; 75] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
@@ -597,6 +602,15 @@ const TWINS: [Twin; 72] = [
         "slew_limit~sides=150:negative=300",
         "slew_limit~sides",
         &[("slew_limit_up", 150.0), ("slew_limit_down", 300.0)],
+    ),
+    (
+        "slew_limit~uneven=150:negative=300:bend=0.7",
+        "slew_limit~uneven",
+        &[
+            ("uneven_limit_up", 150.0),
+            ("uneven_limit_down", 300.0),
+            ("uneven_rounding", 0.7),
+        ],
     ),
     (
         "stroke_limit~sides=7:negative=5",
@@ -773,6 +787,15 @@ const TWINS: [Twin; 72] = [
         &[("line_frequency_flow", 120.0), ("line_damping_flow", 0.1)],
     ),
     (
+        "line_resonance~share=60:damping=0.1:share=0.4",
+        "line_resonance~share.flow",
+        &[
+            ("side_frequency_flow", 60.0),
+            ("side_damping_flow", 0.1),
+            ("side_share_flow", 0.4),
+        ],
+    ),
+    (
         "viscosity_drift=0.01",
         "viscosity_drift",
         &[("viscosity_drift", 0.01)],
@@ -791,6 +814,16 @@ const TWINS: [Twin; 72] = [
         "sensor_lag.flow=0.02",
         "sensor_lag.flow",
         &[("sensor_lag_flow", 0.02)],
+    ),
+    (
+        "sensor_lag~turbine.flow=0.01:at=60:rest=0.1:drag=0.02",
+        "sensor_lag~turbine.flow",
+        &[
+            ("turbine_lag_flow", 0.01),
+            ("turbine_rest_flow", 0.1),
+            ("turbine_drag_flow", 0.02),
+            ("turbine_span_flow", 60.0),
+        ],
     ),
     (
         "sensor_curvature=-0.05:square=0.02",

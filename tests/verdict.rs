@@ -235,6 +235,24 @@ fn a_form_is_told_from_what_comes_near_it() {
             ("integral_action", "windup"),
             &[("integral_action_windup", 20.0)],
         ),
+        (
+            "sensor_lag~turbine.flow=0.004:at=60:drag=0.02",
+            "sensor_lag,compressibility,line_resonance,overlap",
+            ("sensor_lag", "turbine"),
+            &[],
+        ),
+        (
+            "line_resonance~share=60:damping=0.1:share=0.4",
+            "line_resonance,sensor_lag,compressibility",
+            ("line_resonance", "share"),
+            &[("side_frequency_flow", 60.0), ("side_share_flow", 0.4)],
+        ),
+        (
+            "slew_limit~uneven=150:negative=300:bend=0.4",
+            "slew_limit,asymmetric_gain,command_lag",
+            ("slew_limit", "uneven"),
+            &[("uneven_limit_up", 150.0), ("uneven_limit_down", 300.0)],
+        ),
     ] {
         let folder = tempfile::tempdir().unwrap();
         let (report, printed) = identified(folder.path(), planted, asked);

@@ -108,7 +108,8 @@ impl Variant {
             .collect()
     }
 
-    /// Every other form of an effect but a slew limit on the integrator, which is a smaller saturation.
+    /// Every other form of an effect but a slew limit on the integrator, which is a smaller saturation; a turbine measures flow
+    /// alone.
     pub fn others() -> Vec<Self> {
         let forms = |kind: Kind| kind.forms().iter().map(move |form| (kind, *form));
         Kind::ALL
@@ -116,6 +117,7 @@ impl Variant {
             .flat_map(forms)
             .filter(|(_, form)| *form != Form::Integrator)
             .flat_map(|(kind, form)| Self::on_channels(kind, form))
+            .filter(|one| one.form != Form::Turbine || one.channel == Channel::Flow)
             .collect()
     }
 

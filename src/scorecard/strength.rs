@@ -113,7 +113,17 @@ impl Open {
         match kind {
             Kind::Leakage => extra("width", 1.5, 8.0),
             Kind::SupplyDroop => extra("lag", 0.01, 0.06),
-            Kind::LineResonance => extra("damping", 0.05, 0.3),
+            Kind::LineResonance => {
+                extra("damping", 0.05, 0.3);
+                if form == Form::Share {
+                    extra("share", 0.3, 0.8);
+                }
+            }
+            Kind::SensorLag if form == Form::Turbine => {
+                planted.extra.push(("at", valve.rated_flow));
+                planted.extra.push(("rest", 0.05));
+                planted.extra.push(("drag", rng.random_range(0.0..0.04)));
+            }
             Kind::CommandHum if form == Form::Overtone => {
                 extra("frequency", 8.0, 150.0);
                 extra("share", 0.05, 0.5);

@@ -60,6 +60,8 @@ pub(super) struct Flow {
     turbulent: bool,
     fill: Option<Lag>,
     line: Option<PolePair>,
+    /// How much of the flow passes through the line.
+    line_share: f64,
     oil: Oil,
     ripple: f64,
     hunting: f64,
@@ -218,6 +220,7 @@ impl Flow {
     ) -> Self {
         let usual = |kind| find(planted, kind, Form::Usual);
         let turbulent = find(planted, Kind::SupplyDroop, Form::Turbulent);
+        let side_line = find(planted, Kind::LineResonance, Form::Share);
         let line = |p: &Planted| PolePair::new(p.value, p.key("damping").unwrap_or(1.0));
         let droop = |p: &Planted| (p.value, Lag::new(p.key("lag").unwrap_or(1.0)));
         let mut flow = Self {
@@ -228,7 +231,8 @@ impl Flow {
             droop: usual(Kind::SupplyDroop).or(turbulent).map(droop),
             turbulent: turbulent.is_some(),
             fill: usual(Kind::Compressibility).map(|p| Lag::new(p.value)),
-            line: usual(Kind::LineResonance).map(line),
+            line: usual(Kind::LineResonance).or(side_line).map(line),
+            line_share: side_line.map_or(1.0, |p| p.key("share").unwrap_or(1.0)),
             oil: Oil::planted(planted),
             ripple: strength(outsiders, Oddity::PumpRipple),
             hunting: strength(outsiders, Oddity::SupplyHunting),
@@ -278,7 +282,7 @@ impl Flow {
             flow = fill.advance(flow, h);
         }
         if let Some(line) = &mut self.line {
-            flow = line.advance(flow, h);
+            flow += self.line_share * (line.advance(flow, h) - flow);
         }
         self.value = flow * self.oil.factor(time);
     }

@@ -135,6 +135,12 @@ pub enum Form {
     Compensated,
     /// A force that grows ever less.
     Angle,
+    /// A meter whose lag is its value at one flow, and the shorter the more flows.
+    Turbine,
+    /// A part of the flow alone.
+    Share,
+    /// A limit of what a pilot stage delivers, of its own to either side.
+    Uneven,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -174,6 +180,9 @@ impl Form {
             Self::Overtone => "overtone",
             Self::Compensated => "compensated",
             Self::Angle => "angle",
+            Self::Turbine => "turbine",
+            Self::Share => "share",
+            Self::Uneven => "uneven",
         }
     }
 }
@@ -261,8 +270,11 @@ impl Kind {
                 &[Form::Lagged], &[("damping", 0.4, &[Form::Lagged])]),
             Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0, &[Form::Windup], &[]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
-                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides],
-                &[("bend", 0.8, &[Form::Rounded, Form::Pilot]), ("negative", 1e5, &[Form::Sides])]),
+                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides, Form::Uneven],
+                &[
+                    ("bend", 0.8, &[Form::Rounded, Form::Pilot, Form::Uneven]),
+                    ("negative", 1e5, &[Form::Sides, Form::Uneven]),
+                ]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
                 &[Form::Dahl, Form::Lugre, Form::Windup], &[
                     ("excess", f64::NAN, &[Form::Usual, Form::Lugre, Form::Windup]),
@@ -294,11 +306,18 @@ impl Kind {
                 &[Form::Turbulent], &[("lag", 0.02, &[Form::Usual, Form::Turbulent])]),
             Self::Compressibility => entry("compressibility", "s", "flow", (0.0, 1.0), 0.004, &[], &[]),
             Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0,
-                &[], &[("damping", 0.1, USUAL)]),
+                &[Form::Share],
+                &[("damping", 0.1, &[Form::Usual, Form::Share]), ("share", 0.5, &[Form::Share])]),
             Self::ViscosityDrift => entry("viscosity_drift", "1/s", "flow", (-1.0, 1.0), 0.01,
                 &[Form::Settling],
                 &[("heating", f64::NAN, USUAL), ("warm_up", 5.0, &[Form::Usual, Form::Settling])]),
-            Self::SensorLag => entry("sensor_lag", "s", "sensor", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
+            Self::SensorLag => entry("sensor_lag", "s", "sensor", (0.0, 1.0), 0.003,
+                &[Form::SecondOrder, Form::Turbine],
+                &[
+                    ("at", 60.0, &[Form::Turbine]),
+                    ("rest", 0.05, &[Form::Turbine]),
+                    ("drag", 0.0, &[Form::Turbine]),
+                ]),
             Self::SensorCurvature => entry("sensor_curvature", "1", "sensor", (-0.9, 0.9), -0.05,
                 &[Form::Tanh], &[("square", 0.0, USUAL)]),
             Self::SensorOffset => entry("sensor_offset", "unit", "sensor", (-1e3, 1e3), 0.15, &[], &[]),
@@ -388,9 +407,17 @@ impl Planted {
         }
     }
 
-    /// The same in another form.
+    /// The same in another form, a turbine on the flow.
     pub fn form(self, form: Form) -> Self {
-        Self { form, ..self }
+        let channel = match form {
+            Form::Turbine => Channel::Flow,
+            _ => self.channel,
+        };
+        Self {
+            form,
+            channel,
+            ..self
+        }
     }
 
     /// The same on another channel.
@@ -471,6 +498,10 @@ impl Planted {
                 format!("nothing is planted on {}", self.channel),
                 "use spool or flow".into(),
             );
+        }
+        if self.form == Form::Turbine && self.channel != Channel::Flow {
+            let problem = "a turbine measures flow".to_owned();
+            return refuse(problem, format!("write {}~turbine.flow", entry.name));
         }
         for (key, value) in &self.extra {
             self.own_key(key, &format!("effect {self}"))?;
@@ -567,10 +598,10 @@ impl FromStr for Planted {
         let mut planted = Self::new(effect, value);
         if let Some(form) = form {
             let found = entry.forms.iter().find(|known| known.name() == form);
-            planted.form = *found.ok_or_else(|| {
+            planted = planted.form(*found.ok_or_else(|| {
                 let problem = format!("{name} has no form {form:?}");
                 Error::input(&place, problem, forms_remedy(entry.forms))
-            })?;
+            })?);
         }
         if let Some(channel) = channel {
             if !effect.has_channel() {
@@ -658,6 +689,7 @@ mod tests {
             ("delay.flow=0.1", "leave the channel"),
             ("sensor_lag.temperature=0.1", "spool or flow"),
             ("sensor_lag.flw=0.1", "flw"),
+            ("sensor_lag~turbine.spool=0.1", "turbine.flow"),
             ("leakage=1:depth=3", "width"),
             ("hysteresis=1:width=3", "leave it away"),
             ("friction~dahl=1:excess=1", "friction~dahl has no parameter"),

@@ -1,6 +1,6 @@
 //! What the sensors make of spool and flow.
 
-use super::filter::Lag;
+use super::filter::{Lag, runge_kutta};
 use super::outsider::{Oddity, Outsider, odd_meter, odd_sensor, strength};
 use super::planted::{Drift, Form, Kind, Planted};
 use super::valve::FULL_SCALE;
@@ -16,6 +16,7 @@ pub(super) struct Sensor {
     /// Units of the channel for each unit of what is measured.
     scale: f64,
     lags: Vec<Lag>,
+    turbine: Option<Turbine>,
     curve: Option<Curve>,
     offset: f64,
     drift: Drift,
@@ -23,6 +24,43 @@ pub(super) struct Sensor {
     /// Half-width of the play in its linkage, V.
     play: f64,
     seen: f64,
+}
+
+/// The rotor of a flow meter: lag y' = (|Q| / at + rest)(Q − slip − y), where its bearings let it slip by (drag · at)² / |Q|, and hold
+/// it below drag · at.
+struct Turbine {
+    lag: f64,
+    at: f64,
+    rest: f64,
+    drag: f64,
+    input: f64,
+    shown: f64,
+}
+
+impl Turbine {
+    fn planted(planted: &Planted, value: f64) -> Option<Self> {
+        (planted.form == Form::Turbine).then(|| Self {
+            lag: planted.value,
+            at: planted.key("at").unwrap_or(1.0),
+            rest: planted.key("rest").unwrap_or(0.0),
+            drag: planted.key("drag").unwrap_or(0.0),
+            input: value,
+            shown: value,
+        })
+    }
+
+    /// Moves on by `h` s, in which the flow goes straight to `flow`.
+    fn advance(&mut self, flow: f64, h: f64) -> f64 {
+        let before = self.input;
+        [self.shown] = runge_kutta([self.shown], h, |[shown], share| {
+            let now = before + share * (flow - before);
+            let slip = (self.drag * self.at).powi(2) / now.abs().max(self.drag * self.at);
+            let driven = (now.abs() - slip).max(0.0).copysign(now);
+            [(now.abs() / self.at + self.rest) / self.lag * (driven - shown)]
+        });
+        self.input = flow;
+        self.shown
+    }
 }
 
 /// What a sensor that is not straight shows of x, in shares h = x / full scale of the spool.
@@ -110,12 +148,16 @@ impl Sensor {
                 .filter(|p| p.channel == channel && p.value != 0.0);
             own.find(|p| p.effect == kind)
         };
-        let lags = on(Kind::SensorLag).map_or(vec![], |p| Lag::in_a_row(p.form, p.value));
+        let lag = on(Kind::SensorLag);
+        let turbine = lag.and_then(|p| Turbine::planted(p, value));
+        let lags = lag.filter(|_| turbine.is_none());
+        let lags = lags.map_or(vec![], |p| Lag::in_a_row(p.form, p.value));
         let mut sensor = Self {
             channel,
             outsiders: outsiders.to_vec(),
             scale,
             lags,
+            turbine,
             curve: on(Kind::SensorCurvature).map(Curve::planted),
             offset: on(Kind::SensorOffset).map_or(0.0, |p| p.value),
             drift: Drift::of(on(Kind::SensorDrift)),
@@ -134,6 +176,8 @@ impl Sensor {
     pub(super) fn advance(&mut self, value: f64, h: f64) {
         let lags = self.lags.iter_mut();
         let value = lags.fold(value, |value, lag| lag.advance(value, h));
+        let turbine = self.turbine.as_mut();
+        let value = turbine.map_or(value, |turbine| turbine.advance(value, h));
         self.seen = self.seen.clamp(value - self.play, value + self.play);
     }
 

@@ -77,10 +77,11 @@ enum Speed {
     Smooth(f64),
     /// |z'| ≤ limit.
     Integrator(f64),
-    /// x' follows a hyperbola from v to either limit, from which it stays `bend` away where the two meet; z goes on where it
-    /// winds up, and else v as if there were no limit.
+    /// x' follows a hyperbola from v to the limit of its side, from which it stays a share `bend` away where the two meet; z goes
+    /// on where it winds up, and else v as if there were no limit.
     Rounded {
-        limit: f64,
+        up: f64,
+        down: f64,
         bend: f64,
         winds_up: bool,
     },
@@ -226,13 +227,14 @@ impl Spool {
         let limit = |kind, form| find(planted, kind, form).map(|p| p.value);
         let slew = |form| limit(Kind::SlewLimit, form);
         let usual = slew(Form::Usual).map(Speed::Limited);
-        let rounded = [(Form::Rounded, true), (Form::Pilot, false)]
+        let rounded = [Form::Rounded, Form::Pilot, Form::Uneven]
             .into_iter()
-            .find_map(|(form, winds_up)| {
+            .find_map(|form| {
                 find(planted, Kind::SlewLimit, form).map(|p| Speed::Rounded {
-                    limit: p.value,
-                    bend: p.value * p.key("bend").unwrap_or(1.0),
-                    winds_up,
+                    up: p.value,
+                    down: p.key("negative").unwrap_or(p.value),
+                    bend: p.key("bend").unwrap_or(1.0),
+                    winds_up: form == Form::Rounded,
                 })
             });
         let sides = find(planted, Kind::SlewLimit, Form::Sides).map(|p| Speed::Sides {
@@ -390,7 +392,9 @@ impl Spool {
         };
         match self.speed {
             Speed::Limited(limit) | Speed::Windup(limit) => w.clamp(-limit, limit),
-            Speed::Rounded { limit, bend, .. } => {
+            Speed::Rounded { up, down, bend, .. } => {
+                let limit = if w > 0.0 { up } else { down };
+                let bend = bend * limit;
                 let steep = w * f64::hypot(limit, bend) / limit;
                 (f64::hypot(steep + limit, bend) - f64::hypot(steep - limit, bend)) / 2.0
             }

@@ -53,6 +53,42 @@ pub(super) const ENTRY: Entry = Entry {
 /// The oil column in the line rings at its own frequency.
 pub(in crate::model) type LineResonance<R> = SecondOrder<R>;
 
+pub(super) const SHARE: Entry = Entry {
+    name: "line_resonance~share",
+    summary: "A part of the flow passes through a line that rings at its own frequency",
+    finding: "{side_share} of the flow passes through a line that rings at {side_frequency}",
+    equation: "Q + side_share (q - Q), q'' + 2 D w q' + w^2 q = w^2 Q, w = 2 pi side_frequency, D = side_damping",
+    shows: "steps of the flow of which a part comes at once and the rest rings at one frequency; the spool does not show it",
+    confused: "line_resonance, all of whose flow rings",
+    source: "a branch, an accumulator or a hose beside a stiff line; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, output| {
+        vec![
+            Parameter::log(
+                &entry::on("side_frequency", output),
+                "Hz",
+                SLOWEST.min(0.2 / scale.interval),
+                0.1 / scale.interval,
+                0.45 / scale.interval,
+            )
+            .paced(Pace::Frequency),
+            Parameter::log(&entry::on("side_damping", output), "1", 0.005, 0.1, 0.6),
+            Parameter::linear(&entry::on("side_share", output), "1", 0.0, 0.0, 1.0),
+        ]
+    },
+    trials: |scale, _| {
+        [0.01, 0.02, 0.035, 0.06, 0.1, 0.17, 0.3]
+            .map(|share| vec![share / scale.interval, 0.15, 0.5])
+            .to_vec()
+    },
+    states: &["side_column", "side_column_rate"],
+    neutral: &[("side_share", 0.0)],
+    frequency: Some("side_frequency"),
+    ..ENTRY
+};
+
+/// A part of the flow passes through a line that rings.
+pub(in crate::model) type LineResonanceOfShare<R> = SecondOrder<R>;
+
 #[cfg(test)]
 mod tests {
     use super::*;

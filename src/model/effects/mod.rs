@@ -252,6 +252,9 @@ catalogue! {
     dead_band::DeadBandCompensated = COMPENSATED,
     flow_force::FlowForceOfAngle = ANGLE,
     hysteresis::HysteresisOfLinkage = LINKAGE,
+    sensor_lag::SensorLagOfTurbine = TURBINE,
+    line_resonance::LineResonanceOfShare = SHARE,
+    slew_limit::SlewLimitUneven = UNEVEN,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -3,9 +3,9 @@
 use super::act::lagged;
 use super::second_order::SecondOrder;
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Moment, Port};
+use super::{Act, Entry, Host, Moment, Port};
 use super::{entry, host};
-use crate::model::{Parameter, Real};
+use crate::model::{Output, Parameter, Real};
 
 /// The slowest sensor of second order, Hz.
 const SLOWEST: f64 = 1.0;
@@ -110,9 +110,129 @@ pub(super) const SECOND_ORDER: Entry = Entry {
 /// The sensor follows what it measures with a lag of second order.
 pub(in crate::model) type SensorLagOfSecondOrder<R> = SecondOrder<R>;
 
+pub(super) const TURBINE: Entry = Entry {
+    name: "sensor_lag~turbine",
+    summary: "The flow meter is a turbine, whose rotor follows the faster the more flows through it",
+    finding: "the {output} meter's turbine lags by {turbine_lag} at its largest reading, and by more the less flows, down to {turbine_rest} of that rate",
+    equation: "T y' = (|x| / S + turbine_rest) (x max(0, 1 - (d S / x)^2) - y), T = turbine_lag, S = turbine_span, d = turbine_drag",
+    shows: "a lag of the flow alone that is long near null and short at full flow, a rotor that runs on where the flow stops, and that stands \
+            still below a share turbine_drag of the largest flow where its bearings drag",
+    confused: "sensor_lag, whose lag is the same at every flow; compressibility, likewise; overlap, which a rotor that stands still imitates",
+    source: "momentum balance of a turbine's rotor, whose rate is proportional to the flow and its drive to the square of it: Baker, Flow \
+             Measurement Handbook, 2000",
+    parameters: |scale, output| {
+        let span = scale.output(output);
+        vec![
+            Parameter::linear(
+                &entry::on("turbine_lag", output),
+                "s",
+                0.0,
+                0.0,
+                1e2 * scale.interval,
+            ),
+            Parameter::log(&entry::on("turbine_rest", output), "1", 1e-3, 0.05, 1.0),
+            Parameter::linear(&entry::on("turbine_drag", output), "1", 0.0, 0.0, 0.3),
+            Parameter::linear(
+                &entry::on("turbine_span", output),
+                scale.unit(output),
+                0.0,
+                span,
+                span,
+            )
+            .fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        [0.5, 3.0, 15.0]
+            .map(|n| vec![n * scale.interval, 0.05, 0.01])
+            .to_vec()
+    },
+    states: &["turbine"],
+    neutral: &[("turbine_lag", 0.0)],
+    applies: host::shows_a_flow,
+    outputs: Some(of_the_flow),
+    ..ENTRY
+};
+
+/// A turbine measures a flow, not what is its integral.
+fn of_the_flow(_: &dyn Host, output: Output) -> bool {
+    output == Output::Flow
+}
+
+/// A turbine's rotor follows the flow through it at a rate that grows with the flow.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SensorLagOfTurbine<R> {
+    time_constant: R,
+    rest: R,
+    drag: R,
+    span: R,
+}
+
+impl<R: Real> SensorLagOfTurbine<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            time_constant: next(),
+            rest: next(),
+            drag: next(),
+            span: next(),
+        }
+    }
+
+    /// What it comes to show of a steady flow: what drives the rotor, the square of the flow, less what its bearings take.
+    #[inline(always)]
+    fn shown(&self, flow: R) -> R {
+        let zero = R::constant(0.0);
+        let still = self.drag * self.span;
+        let square = flow * flow;
+        let turns = flow * (square - still * still).max(zero) / square;
+        square.if_positive(turns, zero)
+    }
+}
+
+impl<R: Real> Act<R> for SensorLagOfTurbine<R> {
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], value: R) {
+        own[0] = self.shown(value);
+    }
+
+    /// The rate is that of the mean flow of the step.
+    #[inline(always)]
+    fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
+        let through = R::constant(0.5) * (before.abs() + after.abs());
+        let time_constant = self.time_constant * self.span / (through + self.rest * self.span);
+        let [before, after] = [before, after].map(|flow| self.shown(flow));
+        own[0] = lagged(own[0], before, after, time_constant, step);
+    }
+
+    #[inline(always)]
+    fn measure(&self, own: &[R], value: R, _moment: &Moment<R>) -> R {
+        self.time_constant.if_positive(own[0], value)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_turbine_comes_to_a_steady_flow_the_faster_the_larger_that_is() {
+        let after = |flow: f64| {
+            let mut values = [0.02, 0.1, 0.2, 50.0].into_iter();
+            let effect: SensorLagOfTurbine<f64> =
+                SensorLagOfTurbine::new(|| values.next().unwrap());
+            let mut own = [30.0];
+            for _ in 0..10 {
+                effect.filter(&mut own, flow, flow, 1e-3);
+            }
+            own[0]
+        };
+        for (flow, rate) in [(45.0f64, 50.0), (-20.0, 25.0), (5.0, 10.0)] {
+            let shown = flow * (1.0 - (10.0 / flow).powi(2)).max(0.0);
+            let exact = shown + (30.0 - shown) * (-0.01f64 * rate).exp();
+            assert!((after(flow) - exact).abs() < 1e-9, "{flow}");
+        }
+    }
 
     #[test]
     fn of_second_order_a_ramp_is_late_by_twice_the_damping_over_the_rate() {

@@ -340,6 +340,75 @@ impl<R: Real> Act<R> for SlewLimitOfSides<R> {
     }
 }
 
+pub(super) const UNEVEN: Entry = Entry {
+    name: "slew_limit~uneven",
+    summary: "The spool's speed is the flow of a pilot stage, which comes gradually to its limit, to one side to another than to the other",
+    finding: "the spool comes gradually to a speed of {uneven_limit_up} upwards and of {uneven_limit_down} downwards",
+    equation: "T dv/dt = K sat(u - x, S) - v, dx/dt as with slew_limit~pilot, R = uneven_limit_up where v > 0, else uneven_limit_down, \
+               w = uneven_rounding",
+    shows: "fast stretches that are the slower the more is asked for, and slower one way than the other",
+    confused: "slew_limit~pilot, which is the same to both sides; slew_limit~sides, whose spool follows up to its limits and no further",
+    source: "pressure-flow curves of a pilot stage that moves a spool with unequal areas; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        vec![
+            limit("uneven_limit_up", scale),
+            limit("uneven_limit_down", scale),
+            Parameter::log("uneven_rounding", "1", 0.05, 0.5, 10.0),
+        ]
+    },
+    trials: |scale, _| {
+        let shares = [[0.6, 1.2], [1.2, 0.6], [0.3, 0.6], [0.6, 0.3]];
+        shares
+            .map(|[up, down]| vec![up * scale.speed, down * scale.speed, 0.5])
+            .to_vec()
+    },
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::Time,
+        Values::Given(&[140.0, 200.0, 0.8]),
+    )),
+    ..ENTRY
+};
+
+/// The spool's speed is a curve of the pilot stage's state, another one to either side.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitUneven<R> {
+    up: R,
+    down: R,
+    rounding: R,
+}
+
+impl<R: Real> SlewLimitUneven<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            up: next(),
+            down: next(),
+            rounding: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitUneven<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
+        lag_alone(drive, motion, self.speed(own, motion.speed, motion))
+    }
+
+    #[inline(always)]
+    fn speed(&self, own: &[R], speed: R, motion: &Motion<R>) -> R {
+        let flow = SlewLimitRounded {
+            limit: speed.if_positive(self.up, self.down),
+            rounding: self.rounding,
+        };
+        flow.speed(own, speed, motion)
+    }
+}
+
 pub(super) const COMMAND: Entry = Entry {
     name: "slew_limit~command",
     summary: "The amplifier's ramp generator limits the rate of the command",
@@ -545,6 +614,19 @@ mod tests {
             ..START
         };
         assert_eq!(effect.drive(&[], 80.0, &fast), 30.0);
+    }
+
+    #[test]
+    fn either_side_may_have_a_curve_of_its_own() {
+        let mut values = [100.0, 40.0, 0.05].into_iter();
+        let effect: SlewLimitUneven<f64> = SlewLimitUneven::new(|| values.next().unwrap());
+        for (asked, limit) in [(20.0, 100.0), (-20.0, 40.0), (1e5, 100.0), (-1e5, 40.0)] {
+            let speed = effect.speed(&[], asked, &START);
+            let follows: f64 = asked.clamp(-limit, limit);
+            assert!((speed / follows - 1.0).abs() < 0.01, "{asked}: {speed}");
+        }
+        let slow = effect.speed(&[], -1e-3, &START);
+        assert!((slow / -1e-3 - 1.0).abs() < 1e-6);
     }
 
     #[test]

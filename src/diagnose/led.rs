@@ -17,6 +17,12 @@ use std::ops::ControlFlow;
 
 /// The share of what is off at a row by which a model is drawn back until the next one, at first.
 const FIRST_SHARE: f64 = 0.3;
+/// So many iterations show which of the starts are led anywhere at all: so many are led to the end, and so many of the same effect.
+const GLANCE: PolishOptions = PolishOptions {
+    max_iterations: 5,
+    ..LED
+};
+const LED_AT_ALL: (usize, usize) = (24, 2);
 /// Each rate is this many times the next, and so many rates there are.
 const RATES: (f64, i32) = (4.0, 7);
 /// How many are led on after the first rate and after each other, and how many of the same effect.
@@ -56,25 +62,23 @@ pub(super) fn led(
         let starts = starts(evidence, model, effect);
         starts.into_iter().map(move |problem| (effect, problem))
     });
-    let mut running: Vec<(Effect, Problem)> = starts.collect();
-    let mut first = Vec::new();
-    for k in 0..RATES.1 {
-        let (most, alike) = LED_ON[usize::from(k > 0)];
-        let rate = FIRST_SHARE / evidence.sizes.interval * RATES.0.powi(-k);
+    let led_at = |k: i32, starts: Vec<(Effect, Problem)>, options: &PolishOptions| {
         let lead = Lead {
-            rate,
+            rate: FIRST_SHARE / evidence.sizes.interval * RATES.0.powi(-k),
             ..lead.clone()
         };
-        let found: Vec<(Effect, Begun)> = running
-            .into_par_iter()
-            .filter_map(|(effect, problem)| {
-                Some((effect, evidence.polished_led(problem, &lead, &LED)?))
-            })
-            .collect();
-        if k == 0 {
-            first = found.clone();
-        }
-        running = least_costly(found, most, alike);
+        let starts = starts.into_par_iter();
+        let led = starts.filter_map(|(effect, problem)| {
+            Some((effect, evidence.polished_led(problem, &lead, options)?))
+        });
+        led.collect::<Vec<(Effect, Begun)>>()
+    };
+    let glanced = led_at(0, starts.collect(), &GLANCE);
+    let mut first = led_at(0, least_costly(glanced, LED_AT_ALL.0, LED_AT_ALL.1), &LED);
+    let mut running = least_costly(first.clone(), LED_ON[0].0, LED_ON[0].1);
+    for k in 1..RATES.1 {
+        let found = led_at(k, running, &LED);
+        running = least_costly(found, LED_ON[1].0, LED_ON[1].1);
     }
     let mut models = better(evidence, model, running);
     let free = models.iter().map(|(_, one)| evidence.cost(&one.problem));

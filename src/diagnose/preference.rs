@@ -104,13 +104,15 @@ impl Evidence {
                 .all(|one| self.is_followed_by(one))
     }
 
-    /// The model with the lowest held-out error; of those that cannot be told from it the one with fewest parameters.
+    /// The model with the lowest held-out error; of those that cannot be told from it, and that leave nothing where it does not, the
+    /// one with fewest parameters.
     pub(super) fn best<'m>(&self, models: &[&'m Model]) -> Option<&'m Model> {
         let loss = |model: &Model| model.loss(Side::HoldOut);
         let lowest = models.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)))?;
+        let complete = self.is_followed_by(lowest);
         models
             .iter()
-            .filter(|one| self.same(lowest, one))
+            .filter(|one| self.same(lowest, one) && (!complete || self.is_followed_by(one)))
             .min_by(|a, b| a.size().cmp(&b.size()).then(loss(a).total_cmp(&loss(b))))
             .or(Some(lowest))
             .copied()

@@ -153,3 +153,66 @@ pub(super) fn plainly_differ(costs: [f64; 2]) -> bool {
 fn ordered([one, other]: [f64; 2]) -> (f64, f64) {
     (one.min(other), one.max(other))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::evidence::tests::{at, planted};
+    use crate::diagnose::statistics::noise::{Noise, NoiseMethod};
+    use crate::model::effects::entry;
+    use crate::model::{Output, Structure};
+
+    /// A limit without rounding stands for a rounded one, and others take some of the little that it leaves.
+    #[test]
+    fn what_follows_other_causes_near_the_noise_has_to_explain_the_rest() {
+        let bare = Structure::actuator(10.0, "V");
+        let form = |name| entry(name).unwrap().on(&bare)[0];
+        let (sharp, rounded) = (form("slew_limit~windup"), form("slew_limit~rounded"));
+        let values = [
+            at("gain", 100.0),
+            at("time_constant", 0.005),
+            at("saturation", 6.0),
+            at("slew_limit_rounded", 150.0),
+            at("slew_rounding", 0.3),
+        ];
+        let mut evidence = planted(&bare, rounded, &values);
+        let start = [&values[..3], &[at("slew_limit_windup", 120.0)]].concat();
+        let polished = |evidence: &Evidence, structure: &Structure| {
+            let problem = evidence.problem(structure, &start);
+            evidence.polished(problem).unwrap()
+        };
+        let limited = bare.with(sharp);
+        let square = polished(&evidence, &limited).loss(Side::HoldOut) / 1.25;
+        evidence.scale[Output::Spool] = 1.0 / square;
+        let noise = Noise {
+            value: square.sqrt(),
+            method: NoiseMethod::QuietStretches,
+            sources: Vec::new(),
+            swing: None,
+            allowance: Vec::new(),
+            of_command: None,
+        };
+        evidence.noise.insert(Output::Spool.name().into(), noise);
+        let before = polished(&evidence, &limited);
+        let others = [
+            "command_lag",
+            "feed_forward",
+            "friction",
+            "delay",
+            "flow_force",
+        ];
+        let mut refused = Vec::new();
+        for name in others {
+            let after = polished(&evidence, &limited.with(form(name)));
+            let [alone, behind] =
+                [1.0, 100.0].map(|times| evidence.worth(times * before.excess(), &before, &after));
+            let losses = [&before, &after].map(|model| model.loss(Side::HoldOut));
+            println!("{name}: {losses:?}, alone {alone}, behind others {behind}");
+            assert!(!behind || evidence.is_followed_by(&after), "{name}");
+            if alone && !behind {
+                refused.push(name);
+            }
+        }
+        assert!(!refused.is_empty());
+    }
+}

@@ -14,7 +14,7 @@ use std::time::Instant;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use servobee::evaluate::problem::{Data, Sample};
-use servobee::evaluate::simulate::squares;
+use servobee::evaluate::simulate::{self, squares};
 use servobee::evaluate::{Problem, workload};
 use servobee::model::effects::CATALOGUE;
 use servobee::model::{Alone, Plant, Real, Valued, View};
@@ -214,9 +214,30 @@ fn counts(problem: &Problem) -> Counts {
     COUNTS.set(Counts::default());
     let rows = &all[0];
     match (structure.states().len(), structure.effects.is_empty()) {
-        (2, true) => squares::<_, 2, _>(structure, rows, None, |_| (), |_| false, &alone),
-        (0..=5, _) => squares::<_, 5, _>(structure, rows, None, |_| (), |_| false, &whole),
-        _ => squares::<_, 20, _>(structure, rows, None, |_| (), |_| false, &whole),
+        (2, true) => squares::<_, 2, _>(
+            structure,
+            rows,
+            simulate::Counted::Squared,
+            |_| (),
+            |_| false,
+            &alone,
+        ),
+        (0..=5, _) => squares::<_, 5, _>(
+            structure,
+            rows,
+            simulate::Counted::Squared,
+            |_| (),
+            |_| false,
+            &whole,
+        ),
+        _ => squares::<_, 20, _>(
+            structure,
+            rows,
+            simulate::Counted::Squared,
+            |_| (),
+            |_| false,
+            &whole,
+        ),
     }
     COUNTS.get().map(|count| count / ROWS as f64)
 }

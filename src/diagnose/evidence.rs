@@ -11,7 +11,9 @@ use super::unexcited::set_by_held_out;
 use super::verdict::NEAR;
 use crate::Result;
 use crate::evaluate::problem::{Data, Problem, Series};
-use crate::evaluate::{Evaluator, Fingerprint, Lead, Memory, OwnLoss, reference};
+use crate::evaluate::{
+    CpuEvaluator, Evaluator, Fingerprint, Lead, Memory, OwnLoss, Precision, reference,
+};
 use crate::model::actuator::{damping_ratio, gain_and_lag, natural_frequency};
 use crate::model::base::servo_valve::{GAIN, TIME_CONSTANT};
 use crate::model::effects::{Effect, Scale};
@@ -25,8 +27,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::{ControlFlow, Range};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
 pub(super) const QUICK: PolishOptions = PolishOptions {
@@ -51,6 +53,9 @@ const HEADROOM: f64 = 3.0;
 /// The same where effects are only sought: what is found is judged in the other steps.
 const SEEKING_HEADROOM: f64 = 1.5;
 
+/// The noise that hides what numbers of single precision err by, as a share of the largest value.
+const SINGLE: f64 = 1e-4;
+
 /// Measured rows, fitted and held out, with errors in units of each channel's noise.
 #[derive(Debug)]
 pub(super) struct Evidence {
@@ -58,6 +63,8 @@ pub(super) struct Evidence {
     pub(super) fit: Arc<Data>,
     /// Held out.
     pub(super) hold_out: Arc<Data>,
+    /// The fitted ones in the longer steps in which effects are sought.
+    pub(super) screened_on: Arc<Data>,
     /// Those of the fitted ones on which effects are sought.
     pub(super) sought_on: Arc<Data>,
     /// One over the noise variance of each output.
@@ -90,6 +97,8 @@ pub(super) struct Model {
     pub(super) hold_out: Vec<Vec<f64>>,
     /// How many values either side has that were measured.
     pub(super) measured: Sides<usize>,
+    /// Whether it leaves nothing but noise, once that was asked.
+    followed: OnceLock<bool>,
 }
 
 impl Model {
@@ -181,6 +190,7 @@ impl Evidence {
             false => sought_on(&chosen_by.fit),
         };
         Self {
+            screened_on: steps(chosen_by.fit.clone(), SEEKING_HEADROOM),
             sought_on: steps(sought_on, SEEKING_HEADROOM),
             fit: steps(chosen_by.fit, HEADROOM),
             hold_out: steps(chosen_by.hold_out, HEADROOM),
@@ -285,6 +295,10 @@ impl Evidence {
     /// Whether `model` leaves nothing but noise: nothing structured on the fitted rows, and on the held-out ones no more than there
     /// may be of it.
     pub(super) fn is_followed_by(&self, model: &Model) -> bool {
+        *model.followed.get_or_init(|| self.leaves_only_noise(model))
+    }
+
+    fn leaves_only_noise(&self, model: &Model) -> bool {
         let observed = &model.structure().observed;
         let values = Complete::nominal(&model.problem.parameters);
         let trajectories =
@@ -546,6 +560,35 @@ impl Evidence {
         }
     }
 
+    /// The same on all fitted rows at the start of each of `problems`, which differ in nothing else, in the longer steps and by
+    /// differences.
+    pub(super) fn linear_side_by_side(&self, problems: &[Problem]) -> Vec<Option<Linear>> {
+        if self.memory.interrupt().asked() {
+            return problems.iter().map(|_| None).collect();
+        }
+        let on = |problem: &Problem| Problem {
+            data: self.screened_on.clone(),
+            ..problem.clone()
+        };
+        let problems: Vec<Problem> = problems.iter().map(on).collect();
+        let precision = match self.noise_hides_single_precision() {
+            true => Precision::F32,
+            false => Precision::F64,
+        };
+        Linear::by_differences(&problems, &CpuEvaluator::new(precision))
+    }
+
+    /// Whether the noise of every channel is far above what numbers of single precision err by at its largest value.
+    fn noise_hides_single_precision(&self) -> bool {
+        let records = self.records(Side::Fit).iter();
+        let mut channels = records.flat_map(|record| Output::ALL.map(|output| (record, output)));
+        channels.all(|(record, output)| {
+            let values = record.samples.iter().map(|row| row.target[output].abs());
+            let largest = values.fold(0.0, f64::max);
+            !record.measured[output] || SINGLE * largest * self.scale[output].sqrt() < 1.0
+        })
+    }
+
     /// What a polish of few steps makes of the problem's start on the rows on which effects are sought; `None` where that diverges,
     /// or the run was stopped before its end.
     pub(super) fn polished_a_little(&self, problem: Problem) -> Option<Begun> {
@@ -622,6 +665,7 @@ impl Evidence {
             problem,
             fit,
             hold_out,
+            followed: OnceLock::new(),
         })
     }
 
@@ -729,6 +773,7 @@ pub(super) mod tests {
         let nothing = Arc::new(Data::Series(Vec::new()));
         Evidence {
             fit: nothing.clone(),
+            screened_on: nothing.clone(),
             sought_on: nothing.clone(),
             hold_out: nothing,
             scale: Outputs::all(1.0),
@@ -748,6 +793,7 @@ pub(super) mod tests {
             fit: Vec::new(),
             hold_out: Vec::new(),
             measured: Sides::default(),
+            followed: OnceLock::new(),
         }
     }
 
@@ -868,6 +914,7 @@ pub(super) mod tests {
         }
         evidence.fit = Arc::new(Data::Series(series));
         evidence.hold_out = evidence.fit.clone();
+        evidence.screened_on = evidence.fit.clone();
         evidence.sought_on = evidence.fit.clone();
         evidence
     }

@@ -110,12 +110,12 @@ impl Evidence {
         let loss = |model: &Model| model.loss(Side::HoldOut);
         let lowest = models.iter().min_by(|a, b| loss(a).total_cmp(&loss(b)))?;
         let complete = self.is_followed_by(lowest);
-        models
-            .iter()
-            .filter(|one| self.same(lowest, one) && (!complete || self.is_followed_by(one)))
-            .min_by(|a, b| a.size().cmp(&b.size()).then(loss(a).total_cmp(&loss(b))))
+        let mut simplest = models.to_vec();
+        simplest.sort_by(|a, b| a.size().cmp(&b.size()).then(loss(a).total_cmp(&loss(b))));
+        simplest
+            .into_iter()
+            .find(|one| self.same(lowest, one) && (!complete || self.is_followed_by(one)))
             .or(Some(lowest))
-            .copied()
     }
 }
 

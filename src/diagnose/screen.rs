@@ -12,9 +12,10 @@
 //! for the family of all effects and trials, not for each alone.
 
 use super::evidence::{Evidence, Model, Side, Start};
+use super::linear::Linear;
 use super::statistics::basis::{Basis, dot};
 use super::statistics::bootstrap::block_length;
-use crate::evaluate::problem::Series;
+use crate::evaluate::problem::{Problem, Series};
 use crate::evaluate::{Fingerprint, Interrupt};
 use crate::model::Output;
 use crate::model::effects::{Effect, known};
@@ -193,18 +194,14 @@ fn screened(
     model: &Model,
     candidates: &[Effect],
 ) -> Option<(Vec<Screened>, Directions)> {
-    let here = evidence.linear(&model.problem)?;
+    let here = evidence.linear_side_by_side(std::slice::from_ref(&model.problem));
+    let here = here.into_iter().next()??;
     let base = Basis::spanning(here.columns);
     let mut residual = here.residual.clone();
     base.remove_from(&mut residual);
-    let with_starts = |&effect: &Effect| {
-        let starts = evidence.search_starts(model, &effect).into_iter();
-        starts.map(move |start| (effect, start))
-    };
-    let starts: Vec<(Effect, Start)> = candidates.iter().flat_map(with_starts).collect();
-    let tried: Vec<Tried> = starts
-        .into_par_iter()
-        .filter_map(|(effect, start)| tried(evidence, model, &here.residual, &base, effect, start))
+    let tried: Vec<Tried> = candidates
+        .par_iter()
+        .flat_map_iter(|&effect| tried(evidence, model, &here.residual, &base, effect))
         .collect();
     let cost = dot(&here.residual, &here.residual);
     let gains: Vec<f64> = tried.iter().map(|one| cost - one.cost).collect();
@@ -255,42 +252,51 @@ fn screened(
     ))
 }
 
+/// `effect` at each of its trials that does not diverge.
 fn tried(
     evidence: &Evidence,
     model: &Model,
     residual: &[f64],
     base: &Basis,
     effect: Effect,
-    start: Start,
-) -> Option<Tried> {
-    let problem = evidence.extended(model, effect, &start);
-    let there = evidence.linear(&problem)?;
-    // What the trial changes, and what its parameters change there.
-    let secant = residual.iter().zip(&there.residual).map(|(a, b)| a - b);
+) -> Vec<Tried> {
+    let starts = evidence.search_starts(model, &effect);
+    let extended = |start: &Start| evidence.extended(model, effect, start);
+    let problems: Vec<Problem> = starts.iter().map(extended).collect();
+    let Some(free) = problems.first().map(Problem::free) else {
+        return Vec::new();
+    };
     let own: Vec<String> = effect
         .parameters(&evidence.sizes)
         .into_iter()
         .map(|p| p.name)
         .collect();
-    let free = problem.parameters.iter().filter(|p| !p.is_fixed());
-    let columns = free.zip(&there.columns);
-    let columns = columns.filter(|(parameter, _)| own.contains(&parameter.name));
-    let columns = columns.map(|(_, column)| column.clone());
-    let directions = base.beyond(std::iter::once(secant.collect()).chain(columns));
-    let reached = Basis::spanning(there.columns);
-    let cost = dot(&there.residual, &there.residual) - reached.explained(&there.residual);
-    Some(Tried {
-        effect,
-        start,
-        cost,
-        directions,
-    })
+    let one = |(start, there): (Start, Option<Linear>)| {
+        let there = there?;
+        // What the trial changes, and what its parameters change there.
+        let secant = residual.iter().zip(&there.residual).map(|(a, b)| a - b);
+        let columns = free.iter().zip(&there.columns);
+        let columns = columns.filter(|(parameter, _)| own.contains(&parameter.name));
+        let columns = columns.map(|(_, column)| column.clone());
+        let directions = base.beyond(std::iter::once(secant.collect()).chain(columns));
+        let reached = Basis::spanning(there.columns);
+        let cost = dot(&there.residual, &there.residual) - reached.explained(&there.residual);
+        Some(Tried {
+            effect,
+            start,
+            cost,
+            directions,
+        })
+    };
+    let there = evidence.linear_side_by_side(&problems);
+    starts.into_iter().zip(there).filter_map(one).collect()
 }
 
 /// What the linearised refit of a trial leaves of the residual.
 fn left(evidence: &Evidence, model: &Model, tried: &Tried) -> Option<Vec<f64>> {
     let problem = evidence.extended(model, tried.effect, &tried.start);
-    let mut there = evidence.linear(&problem)?;
+    let there = evidence.linear_side_by_side(&[problem]);
+    let mut there = there.into_iter().next()??;
     Basis::spanning(there.columns).remove_from(&mut there.residual);
     Some(there.residual)
 }

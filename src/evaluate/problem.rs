@@ -194,6 +194,14 @@ impl Problem {
     pub fn observed(&self) -> Outputs<bool> {
         Outputs::from_fn(|output| self.structure.observes(output))
     }
+
+    /// Which outputs of `record` count for something.
+    pub(super) fn compares(&self, record: &Series) -> Outputs<bool> {
+        Outputs::from_fn(|output| {
+            let measured = self.structure.observes(output) && record.measured[output];
+            measured && self.scale[output] > 0.0
+        })
+    }
 }
 
 impl Problem {

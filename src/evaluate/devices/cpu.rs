@@ -5,11 +5,11 @@ use crate::evaluate::order::side_by_side;
 use crate::evaluate::problem::{Data, Problem, Series, Tone, Wave};
 use crate::evaluate::simulation::Lead;
 use crate::evaluate::simulation::instructions::with_vectors;
-use crate::evaluate::simulation::reference::cost_in;
-use crate::evaluate::simulation::simulate::{STATE_LIMIT, response, squares, with_states};
-use crate::evaluate::{Cost, Evaluator, Job, Population};
+use crate::evaluate::simulation::reference::{self, cost_in};
+use crate::evaluate::simulation::simulate::{Counted, STATE_LIMIT, response, squares, with_states};
+use crate::evaluate::{Cost, Evaluator, Job, Population, Status};
 use crate::model::real::{Element, Lanes};
-use crate::model::{Alone, Outputs, Real, View};
+use crate::model::{Alone, Output, Outputs, Real, View};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::marker::PhantomData;
@@ -47,6 +47,18 @@ impl CpuEvaluator {
         Self {
             precision,
             instructions: Arch::Scalar,
+        }
+    }
+
+    /// The residuals of every candidate, those of [`reference::residuals`] without their gradients; `None` where it diverges.
+    pub(crate) fn residuals(
+        &self,
+        problem: &Problem,
+        population: &Population,
+    ) -> Vec<Option<Vec<f64>>> {
+        match self.precision {
+            Precision::F64 => all_residuals::<f64>(problem, population, self.instructions),
+            Precision::F32 => all_residuals::<f32>(problem, population, self.instructions),
         }
     }
 }
@@ -109,7 +121,7 @@ fn all_batches<E: Element>(jobs: &[Job<'_>], instructions: Arch) -> Vec<Vec<Cost
             element: PhantomData::<E>,
         };
         batch
-            .costs(instructions)
+            .costs(instructions, None)
             .unwrap_or_else(|| vec![batch.cost_of_first()])
     };
     let found: Vec<Vec<Cost>> = batches.par_iter().map(evaluate).collect();
@@ -118,6 +130,38 @@ fn all_batches<E: Element>(jobs: &[Job<'_>], instructions: Arch) -> Vec<Vec<Cost
         costs[number].extend(batch);
     }
     costs
+}
+
+/// The residuals of all candidates on records.
+fn all_residuals<E: Element>(
+    problem: &Problem,
+    population: &Population,
+    instructions: Arch,
+) -> Vec<Option<Vec<f64>>> {
+    let Some(width) = with_vectors(instructions, Width(PhantomData::<E>)) else {
+        return population
+            .iter()
+            .map(|one| reference::residuals_alone(problem, one))
+            .collect();
+    };
+    let starts: Vec<usize> = (0..population.len()).step_by(width).collect();
+    let batches = starts.into_par_iter().flat_map_iter(|first| {
+        let batch = Batch {
+            problem,
+            wave: &Wave::new(&[]),
+            population,
+            first,
+            element: PhantomData::<E>,
+        };
+        let mut kept = Vec::with_capacity(problem.values() * width);
+        let costs = batch.costs(instructions, Some(&mut kept));
+        let costs = costs.expect("there are vectors");
+        let all = reference::residuals_side_by_side(problem, &kept, [width, costs.len()]);
+        let finished =
+            |(one, cost): (Vec<f64>, Cost)| (cost.status == Status::Finished).then_some(one);
+        all.into_iter().zip(costs).map(finished)
+    });
+    batches.collect()
 }
 
 /// Asks how many candidates a batch has.
@@ -141,12 +185,13 @@ struct Batch<'a, E> {
 
 impl<E: Element> Batch<'_, E> {
     /// Chooses the loop by the structure first and by the instructions then: each is a function of its own, small enough
-    /// for the compiler. `None` without vector instructions.
-    fn costs(&self, instructions: Arch) -> Option<Vec<Cost>> {
+    /// for the compiler. `None` without vector instructions. Where what counts of records is to be `kept`, all lanes of one value
+    /// after those of another, nothing of it is summed.
+    fn costs(&self, instructions: Arch, kept: Option<&mut Vec<E>>) -> Option<Vec<Cost>> {
         match &*self.problem.data {
             Data::Series(all) => with_states!(
                 &self.problem.structure,
-                in_time::<E>(self, all, instructions)
+                in_time::<E>(self, all, instructions, kept)
             ),
             Data::Tones(tones) => with_vectors(instructions, OnTones { batch: self, tones }),
         }
@@ -168,15 +213,22 @@ fn in_time<E: Element, const N: usize, V: View>(
     batch: &Batch<'_, E>,
     all: &[Series],
     instructions: Arch,
+    kept: Option<&mut Vec<E>>,
 ) -> Option<Vec<Cost>> {
-    let view = PhantomData::<V>;
-    with_vectors(instructions, InTime::<E, N, V> { batch, all, view })
+    let task = InTime::<E, N, V> {
+        batch,
+        all,
+        kept,
+        view: PhantomData,
+    };
+    with_vectors(instructions, task)
 }
 
 /// A batch on records in time, of a structure with room for `N` states.
 struct InTime<'a, E, const N: usize, V> {
     batch: &'a Batch<'a, E>,
     all: &'a [Series],
+    kept: Option<&'a mut Vec<E>>,
     view: PhantomData<V>,
 }
 
@@ -184,13 +236,26 @@ impl<E: Element, const N: usize, V: View> WithSimd for InTime<'_, E, N, V> {
     type Output = Vec<Cost>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec<Cost> {
+    fn with_simd<S: Simd>(mut self, _: S) -> Vec<Cost> {
         let problem = self.batch.problem;
         let mut lanes = Lockstep::<E, S>::new(self.batch);
         let plant = lanes.plant::<V>();
         let mut sums = vec![Outputs::all(0.0); lanes.count];
         let loss = problem.own_loss();
         for series in self.all {
+            let counts = problem.compares(series);
+            let mut keep;
+            let counted = match &mut self.kept {
+                None => Counted::summed(loss),
+                Some(kept) => {
+                    keep = |outputs: &Outputs<Lanes<E, S>>| {
+                        for output in Output::ALL.into_iter().filter(|output| counts[*output]) {
+                            kept.extend_from_slice(outputs[output].lanes());
+                        }
+                    };
+                    Counted::Kept(&mut keep)
+                }
+            };
             let add = |slice: Outputs<Lanes<E, S>>| {
                 for (output, part) in slice.iter() {
                     for (sum, &lane) in sums.iter_mut().zip(part.lanes()) {
@@ -199,7 +264,7 @@ impl<E: Element, const N: usize, V: View> WithSimd for InTime<'_, E, N, V> {
                 }
             };
             let watch = |state: &[Lanes<E, S>]| watch(&mut lanes.diverged, state);
-            squares::<_, N, _>(&problem.structure, series, loss, add, watch, &plant);
+            squares::<_, N, _>(&problem.structure, series, counted, add, watch, &plant);
         }
         let costs = sums.into_iter().map(|sums| problem.cost_of_squares(sums));
         lanes.judged(costs)

@@ -1,13 +1,14 @@
 //! One candidate in f64: trajectories, phases, costs, and their exact sensitivities.
 
 use crate::evaluate::STATE_LIMIT;
-use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Series, Tone, Wave};
+use crate::evaluate::problem::loss::SizedLoss;
+use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Sample, Series, Tone, Wave};
 use crate::evaluate::simulation::Lead;
 use crate::evaluate::simulation::instructions::{
     LongVectors, ShortVectors, in_vectors, long_vectors, short_vectors, with_short_vectors,
 };
 use crate::evaluate::simulation::simulate::{
-    CHUNK, Row, Squares, outputs, response, run, series, with_states,
+    CHUNK, Counted, Row, Squares, outputs, response, run, series, with_states,
 };
 use crate::model::real::Dual;
 use crate::model::{
@@ -83,7 +84,8 @@ pub(in crate::evaluate) fn cost_in<R: Valued + Into<f64>>(
         Data::Series(records) => {
             let mut sums = Outputs::all(0.0);
             for record in records {
-                let mut squares = Squares::new(structure, record, problem.own_loss());
+                let counted = Counted::summed(problem.own_loss());
+                let mut squares = Squares::new(structure, record, counted);
                 let mut above = false;
                 let pull = lead.along(record, structure, &values);
                 let mut row = |k: usize, state: &mut [R], outputs: &Outputs<R>| {
@@ -131,6 +133,63 @@ fn add<R: Into<f64>>(sums: &mut Outputs<f64>, slice: Outputs<R>) {
 /// `row`; the squares of the residuals add up to [`cost`]. False where the candidate diverges.
 pub fn residuals(problem: &Problem, free: &[f64], row: &mut dyn FnMut(f64, &[f64])) -> bool {
     led_residuals(problem, &Lead::default(), free, row)
+}
+
+/// The residuals alone; `None` where the candidate diverges.
+pub(in crate::evaluate) fn residuals_alone(problem: &Problem, free: &[f64]) -> Option<Vec<f64>> {
+    let mut all = Vec::with_capacity(problem.values());
+    residuals(problem, free, &mut |residual, _| all.push(residual)).then_some(all)
+}
+
+/// The residuals of `count` candidates of which the rows of records were simulated side by side: of every output that
+/// [counts](Problem::compares) of every row that does the values of `width` candidates, one after another.
+pub(in crate::evaluate) fn residuals_side_by_side(
+    problem: &Problem,
+    simulated: &[impl Copy + Into<f64>],
+    [width, count]: [usize; 2],
+) -> Vec<Vec<f64>> {
+    let Data::Series(records) = &*problem.data else {
+        unreachable!("tones have phases and gains")
+    };
+    let loss = problem.own_loss();
+    let room = || Vec::with_capacity(simulated.len() / width);
+    let mut residuals: Vec<Vec<f64>> = (0..count).map(|_| room()).collect();
+    let mut values = simulated.chunks(width);
+    for record in records {
+        let counts = problem.compares(record);
+        let outputs: Vec<Output> = Output::ALL.into_iter().filter(|o| counts[*o]).collect();
+        for row in record.samples.iter().filter(|row| row.weight > 0.0) {
+            for &output in &outputs {
+                let factor = (row.weight * problem.scale[output]).sqrt();
+                // What has diverged together was not simulated to the end.
+                let values = values.next().into_iter().flatten();
+                for (own, &value) in residuals.iter_mut().zip(values) {
+                    own.push(residual(row, output, value.into(), factor, loss));
+                }
+            }
+        }
+    }
+    residuals
+}
+
+/// What is measured of an `output` in a `row` less what is `simulated`, or the root of what that costs with its sign, times a
+/// `factor`.
+#[inline(always)]
+fn residual<R: Real>(
+    row: &Sample,
+    output: Output,
+    simulated: R,
+    factor: f64,
+    loss: Option<SizedLoss<R>>,
+) -> R {
+    let mut error = R::constant(row.target[output]) - simulated;
+    if let Some((loss, sizes)) = loss
+        && error.abs().any_positive()
+    {
+        let cost = loss(error, R::constant(sizes[output]));
+        error = error.if_positive(cost.sqrt(), -cost.sqrt());
+    }
+    error * R::constant(factor)
 }
 
 /// The same of a simulation that is led.
@@ -315,30 +374,23 @@ impl<const N: usize, V: View> WithSimd for PassInTime<'_, N, V> {
         let problem = self.pass.problem;
         let values = self.pass.values::<S>();
         let plant = V::plant(&problem.structure, &values);
-        let observed = problem.observed();
         let loss = problem.own_loss();
         let lead = self.pass.lead;
         let count = self.pass.count::<S>();
         let row = self.pass.row;
         for record in self.records {
             let mut finished = true;
+            let counts = problem.compares(record);
             let pull = lead.along(record, &problem.structure, &values);
             let hand_over = |k: usize, state: &mut [Dual<S>; N], outputs: &Outputs<Dual<S>>| {
                 let sample = &record.samples[k];
                 for output in Output::ALL {
-                    if !(observed[output] && record.measured[output]) {
+                    if !counts[output] {
                         continue;
                     }
                     let factor = (sample.weight * problem.scale[output]).sqrt();
                     if factor > 0.0 {
-                        let mut error = Dual::constant(sample.target[output]) - outputs[output];
-                        if let Some((loss, sizes)) = loss
-                            && error.value() != 0.0
-                        {
-                            let cost = loss(error, Dual::constant(sizes[output]));
-                            error = error.if_positive(cost.sqrt(), -cost.sqrt());
-                        }
-                        let error = error * Dual::constant(factor);
+                        let error = residual(sample, output, outputs[output], factor, loss);
                         row(error.value(), &error.gradient()[..count]);
                     }
                 }

@@ -277,12 +277,32 @@ pub(in crate::evaluate) fn run<R: Valued, const N: usize, V: View>(
     series::<R, N, _>(structure, record, row, &plant);
 }
 
-/// Sums of the weighted squared errors of each output over a record, or of what a loss makes of an error and of the size of
-/// the output's noise.
+/// What becomes of the outputs of a row that counts.
+pub enum Counted<'a, R> {
+    /// The squares of its errors are summed.
+    Squared,
+    /// What the loss makes of an error and of the size of the output's noise is summed.
+    Lost(SizedLoss<R>),
+    /// They are handed over, and nothing is summed.
+    Kept(&'a mut dyn FnMut(&Outputs<R>)),
+}
+
+impl<R> Counted<'_, R> {
+    /// Summed, with its own loss where there is one.
+    #[inline(always)]
+    pub fn summed(loss: Option<SizedLoss<R>>) -> Self {
+        match loss {
+            None => Self::Squared,
+            Some(loss) => Self::Lost(loss),
+        }
+    }
+}
+
+/// Sums of the weighted squared errors of each output over a record, or of what a loss makes of them.
 pub struct Squares<'a, R> {
     record: &'a Series,
     observed: Outputs<bool>,
-    loss: Option<SizedLoss<R>>,
+    counted: Counted<'a, R>,
     chunk: Outputs<R>,
     slice: Outputs<R>,
 }
@@ -290,14 +310,14 @@ pub struct Squares<'a, R> {
 impl<'a, R: Real> Squares<'a, R> {
     /// Nothing summed yet.
     #[inline(always)]
-    pub fn new(structure: &Structure, record: &'a Series, loss: Option<SizedLoss<R>>) -> Self {
+    pub fn new(structure: &Structure, record: &'a Series, counted: Counted<'a, R>) -> Self {
         let zero = Outputs::all(R::constant(0.0));
         Self {
             record,
             observed: Outputs::from_fn(|output| {
                 structure.observes(output) && record.measured[output]
             }),
-            loss,
+            counted,
             chunk: zero,
             slice: zero,
         }
@@ -321,8 +341,8 @@ impl<'a, R: Real> Squares<'a, R> {
         let sample = &self.record.samples[k];
         let last = k + 1 == self.record.samples.len();
         let weight = R::constant(sample.weight);
-        match self.loss {
-            None => Output::each(
+        match &mut self.counted {
+            Counted::Squared => Output::each(
                 #[inline(always)]
                 |output| {
                     if self.observed[output] {
@@ -332,16 +352,20 @@ impl<'a, R: Real> Squares<'a, R> {
                 },
             ),
             // Nothing stays in registers across the call of somebody else's function: not in the row's own code.
-            Some((loss, sizes)) => R::outlined(
+            counted => R::outlined(
                 #[inline(always)]
-                || {
-                    for output in Output::ALL {
-                        if self.observed[output] {
-                            let error = R::constant(sample.target[output]) - outputs[output];
-                            let cost = loss(error, R::constant(sizes[output]));
-                            self.chunk[output] = self.chunk[output] + weight * cost;
+                || match counted {
+                    Counted::Lost((loss, sizes)) => {
+                        for output in Output::ALL {
+                            if self.observed[output] {
+                                let error = R::constant(sample.target[output]) - outputs[output];
+                                let cost = loss(error, R::constant(sizes[output]));
+                                self.chunk[output] = self.chunk[output] + weight * cost;
+                            }
                         }
                     }
+                    Counted::Kept(keep) if sample.weight > 0.0 => keep(outputs),
+                    Counted::Kept(_) | Counted::Squared => {}
                 },
             ),
         }
@@ -364,15 +388,15 @@ impl<'a, R: Real> Squares<'a, R> {
 
 /// Sums a record's [`Squares`].
 #[inline(always)]
-pub fn squares<R: Valued, const N: usize, D: Dynamics<R>>(
+pub fn squares<'a, R: Valued, const N: usize, D: Dynamics<R>>(
     structure: &Structure,
-    record: &Series,
-    loss: Option<SizedLoss<R>>,
+    record: &'a Series,
+    counted: Counted<'a, R>,
     mut slice_done: impl FnMut(Outputs<R>),
     mut diverged: impl FnMut(&[R]) -> bool,
     plant: &D,
 ) {
-    let mut squares = Squares::new(structure, record, loss);
+    let mut squares = Squares::new(structure, record, counted);
     series::<R, N, D>(
         structure,
         record,

@@ -26,7 +26,7 @@ const LEAST_OF_AN_EQUAL_SHARE: f64 = 0.5;
 const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.
 const REFITTED: (usize, usize) = (8, 4);
-/// Most effects that are polished to the end in a round after the first, or in the place of another.
+/// Most effects that are polished to the end in a round after the first, in the place of another, or with other poles.
 const FOLLOWED: usize = 4;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
@@ -437,7 +437,8 @@ impl<'a, 'b> Selection<'a, 'b> {
             let (effect, model) = best?;
             Some((other, evidence.with_limit_for_loop(model, *effect, other)?))
         });
-        let exchanged: Vec<(Effect, Model)> = pairs.chain(limited).collect();
+        let exchanged = least_costly(pairs.chain(limited).collect(), FOLLOWED, 1);
+        let exchanged = to_the_end(evidence, exchanged);
         take_in(models, exchanged);
     }
 

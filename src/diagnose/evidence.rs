@@ -35,7 +35,7 @@ pub(super) const QUICK: PolishOptions = PolishOptions {
     max_iterations: 40,
     gradient_tolerance: 1e-6,
     step_tolerance: 1e-7,
-    cost_tolerance: 1e-5,
+    cost_tolerance: 1e-4,
     damping: 1e-3,
 };
 /// A polish that shows which way a start leads.
@@ -53,6 +53,8 @@ const HEADROOM: f64 = 3.0;
 /// The same where effects are only sought: what is found is judged in the other steps.
 const SEEKING_HEADROOM: f64 = 1.5;
 
+/// Where the rows on which effects are sought are so many times fewer than all, a polish begins on them.
+const FAR_FEWER: usize = 2;
 /// The noise that hides what numbers of single precision err by, as a share of the largest value.
 const SINGLE: f64 = 1e-4;
 
@@ -397,14 +399,15 @@ impl Evidence {
         self.best_begun(trials.into_iter().chain(sized).map(begun))
     }
 
-    /// `model` with `other` in the place of its `effect`, fitted from where the loop has the effect's poles and the other those of
-    /// the loop: of one output alone, two pairs of poles in a row can be exchanged. `None` where either has no such pair.
+    /// `model` with `other` in the place of its `effect`, where a polish of few steps leads from where the loop has the effect's
+    /// poles and the other those of the loop: of one output alone, two pairs of poles in a row can be exchanged. `None` where either
+    /// has no such pair.
     pub(super) fn with_poles_exchanged(
         &self,
         model: &Model,
         effect: Effect,
         other: Effect,
-    ) -> Option<Model> {
+    ) -> Option<Begun> {
         let pairs = effect.is_of_second_order() && other.is_of_second_order();
         if !pairs || model.structure().observed.len() > 1 {
             return None;
@@ -415,18 +418,17 @@ impl Evidence {
         let start = self.with_poles_of(model, effect)?;
         let start: Vec<Parameter> = self.at(other, &trial).chain(start).collect();
         let structure = model.structure().without(effect).with(other);
-        self.polished(self.problem(&structure, &start))
+        self.polished_a_little(self.problem(&structure, &start))
     }
 
-    /// `model` with `other` in the place of its `effect`, fitted from where the loop has the effect's poles and no longer does what
-    /// imitates the other: of one output alone, a loop that saturates and a lag behind it are a limit and a loop. `None` where the
+    /// The same where the loop has the effect's poles and no longer does what imitates the other: of one output alone, a loop that saturates and a lag behind it are a limit and a loop. `None` where the
     /// effect has no poles, or nothing imitates the other.
     pub(super) fn with_limit_for_loop(
         &self,
         model: &Model,
         effect: Effect,
         other: Effect,
-    ) -> Option<Model> {
+    ) -> Option<Begun> {
         let imitated = !other.entry.imitated_by.is_empty();
         if !imitated || !effect.is_of_second_order() || model.structure().observed.len() > 1 {
             return None;
@@ -444,7 +446,7 @@ impl Evidence {
             };
             self.extended(&loop_alone, other, &released)
         });
-        self.polished(self.best_begun(begun)?.problem)
+        self.best_begun(begun)
     }
 
     /// The one of `starts` that costs least after a polish of few steps.
@@ -639,6 +641,7 @@ impl Evidence {
                 fingerprint.text("quick polish").problem(&problem).finish()
             };
             let polished: Option<(Vec<f64>, Vec<Flat>, usize)> = self.memory.once(key, || {
+                let start = self.most_of_the_way(&problem).unwrap_or(start);
                 let polished = polish_on_data(&problem, interrupt, &free, &start, &QUICK).ok()?;
                 Some((polished.values, polished.flat, polished.evaluations))
             });
@@ -667,6 +670,20 @@ impl Evidence {
             hold_out,
             followed: OnceLock::new(),
         })
+    }
+
+    /// Where a polish on the rows on which effects are sought leads; `None` where they are not far fewer than all, or it costs no less
+    /// on all.
+    fn most_of_the_way(&self, problem: &Problem) -> Option<Vec<f64>> {
+        let (seeking, start) = (self.seeking(problem), problem.start());
+        if FAR_FEWER * seeking.values() > problem.values() {
+            return None;
+        }
+        let mut stoppable = Stoppable::new(&seeking, self.memory.interrupt());
+        let polished = polish(&mut stoppable, &seeking.free(), &start, &QUICK).ok()?;
+        self.count(polished.evaluations);
+        let cost = |values: &[f64]| reference::cost(problem, values).unwrap_or(f64::INFINITY);
+        (cost(&polished.values) < cost(&start)).then_some(polished.values)
     }
 
     /// `model` in the deepest valley that hops from it lead to; `None` where they lead nowhere.

@@ -154,7 +154,8 @@ impl Measurements {
             let stretches = match share < 1.0 {
                 true => {
                     let command = &record.command().values;
-                    stretches(command, 0..command.len(), share, STRETCH, fitted)
+                    let wanted = (command.len() as f64 * share) as usize;
+                    stretches(command, 0..command.len(), wanted, STRETCH, fitted)
                 }
                 false => whole_record(record.samples(), fitted),
             };
@@ -323,7 +324,7 @@ pub(super) fn sought_on(records: &[Series]) -> Vec<Series> {
 }
 
 /// Lively stretches of the long ones of `records`, of about so many rows each, and the others whole, such that all together have
-/// about `most` rows that count.
+/// about `most` rows that count, or one of each.
 fn lively(
     records: &[Series],
     most: usize,
@@ -334,12 +335,13 @@ fn lively(
     let share = most as f64 / all as f64;
     records.iter().flat_map(move |record| {
         let counts = rows(record);
-        let some = match share >= 1.0 || (counts.len() as f64 * share) < (2 * stretch) as f64 {
+        let some = match share >= 1.0 || counts.len() < 2 * stretch {
             true => vec![Stretch { run_in: 0, counts }],
             false => {
+                let wanted = ((counts.len() as f64 * share) as usize).max(stretch);
                 let samples = record.samples.iter();
                 let command: Vec<f64> = samples.map(|row| row.input.command).collect();
-                stretches(&command, counts.clone(), share, stretch, counts.end)
+                stretches(&command, counts.clone(), wanted, stretch, counts.end)
             }
         };
         some.into_iter().map(move |stretch| (record, stretch))
@@ -382,18 +384,18 @@ fn held_in_turn(command: &[f64], share: f64) -> Vec<bool> {
     held
 }
 
-/// Stretches of about `stretch` rows all along those `rows` of a record with this `command` that count, which have about `share` of
-/// them: of each of equal sections the one in which the command moves most. None lies on both sides of row `fitted`, and either
-/// side has one.
+/// Stretches of about `stretch` rows all along those `rows` of a record with this `command` that count, which have about as many of
+/// them as are `wanted`: of each of equal sections the one in which the command moves most. None lies on both sides of row `fitted`, and either
+/// side that has rows has one.
 fn stretches(
     command: &[f64],
     rows: Range<usize>,
-    share: f64,
+    wanted: usize,
     stretch: usize,
     fitted: usize,
 ) -> Vec<Stretch> {
-    let wanted = (rows.len() as f64 * share) as usize;
-    let count = (wanted / stretch).clamp(2, STRETCHES);
+    let sides = usize::from(fitted > rows.start) + usize::from(fitted < rows.end);
+    let count = (wanted / stretch).clamp(sides, STRETCHES);
     let length = (wanted / count).max(1);
     let travel: Vec<f64> = std::iter::once(0.0)
         .chain(command.windows(2).scan(0.0, |sum, pair| {
@@ -490,6 +492,9 @@ mod tests {
         let counts: Vec<usize> = few.iter().map(|one| counted(&one.samples)).collect();
         assert_eq!(counts, [700, 700, 700, 1000]);
         assert_eq!(sought_on(&[record(2400, 0)])[0].samples.len(), 2400);
+        // Of many that are long one each.
+        let many = sought_on(&vec![record(4096, 0); 5]);
+        assert!(many.iter().all(|one| counted(&one.samples) == 600));
     }
 
     #[test]
@@ -527,7 +532,8 @@ mod tests {
         ) {
             let fitted = ((1.0 - held) * rows as f64).round() as usize;
             let command: Vec<f64> = (0..rows).map(|row| (0.01 * row as f64).sin()).collect();
-            let all = stretches(&command, 0..rows, share, STRETCH, fitted);
+            let wanted = (rows as f64 * share) as usize;
+            let all = stretches(&command, 0..rows, wanted, STRETCH, fitted);
             let used: usize = all.iter().map(|one| one.counts.len()).sum();
             prop_assert!(used as f64 <= (share * rows as f64).max(2.0), "{used}");
             prop_assert!(used as f64 >= 0.4 * (share * rows as f64).floor(), "{used} of {rows}");
@@ -548,7 +554,7 @@ mod tests {
         // At rest but for a step near the end of each side.
         let moved = |row: usize| f64::from(u8::from((6000..6100).contains(&row) || row >= 9500));
         let command: Vec<f64> = (0..10_000).map(moved).collect();
-        let all = stretches(&command, 0..10_000, 0.1, STRETCH, 7000);
+        let all = stretches(&command, 0..10_000, 1000, STRETCH, 7000);
         assert_eq!(all.len(), 2);
         let alive = |one: &Stretch| {
             let rows = &command[one.counts.clone()];

@@ -421,8 +421,8 @@ impl Evidence {
         self.polished_a_little(self.problem(&structure, &start))
     }
 
-    /// The same where the loop has the effect's poles and no longer does what imitates the other: of one output alone, a loop that saturates and a lag behind it are a limit and a loop. `None` where the
-    /// effect has no poles, or nothing imitates the other.
+    /// The same where the loop has the effect's poles and no longer does what imitates the other: of one output alone, a loop that
+    /// saturates and a lag behind it are a limit and a loop. `None` where the effect has no poles, or nothing imitates the other.
     pub(super) fn with_limit_for_loop(
         &self,
         model: &Model,
@@ -578,6 +578,12 @@ impl Evidence {
             false => Precision::F64,
         };
         Linear::by_differences(&problems, &CpuEvaluator::new(precision))
+    }
+
+    /// The same of one problem.
+    pub(super) fn linear_in_long_steps(&self, problem: &Problem) -> Option<Linear> {
+        let found = self.linear_side_by_side(std::slice::from_ref(problem));
+        found.into_iter().next().flatten()
     }
 
     /// Whether the noise of every channel is far above what numbers of single precision err by at its largest value.

@@ -194,8 +194,7 @@ fn screened(
     model: &Model,
     candidates: &[Effect],
 ) -> Option<(Vec<Screened>, Directions)> {
-    let here = evidence.linear_side_by_side(std::slice::from_ref(&model.problem));
-    let here = here.into_iter().next()??;
+    let here = evidence.linear_in_long_steps(&model.problem)?;
     let base = Basis::spanning(here.columns);
     let mut residual = here.residual.clone();
     base.remove_from(&mut residual);
@@ -295,8 +294,7 @@ fn tried(
 /// What the linearised refit of a trial leaves of the residual.
 fn left(evidence: &Evidence, model: &Model, tried: &Tried) -> Option<Vec<f64>> {
     let problem = evidence.extended(model, tried.effect, &tried.start);
-    let there = evidence.linear_side_by_side(&[problem]);
-    let mut there = there.into_iter().next()??;
+    let mut there = evidence.linear_in_long_steps(&problem)?;
     Basis::spanning(there.columns).remove_from(&mut there.residual);
     Some(there.residual)
 }

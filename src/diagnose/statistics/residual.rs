@@ -9,6 +9,7 @@ use super::rows::{coloured, standardised};
 use family::{Family, Sign};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 pub use signals::Residuals;
 use signals::{Bins, Pair, Pattern, Signals};
@@ -18,6 +19,8 @@ use std::f64::consts::SQRT_2;
 
 /// Surrogates that make up the null distribution of one channel.
 const SURROGATES: usize = 99;
+/// So many of them are in memory at once: the cores share them.
+const AT_ONCE: usize = 16;
 /// Structure is reported below this chance that noise alone shows as much, over all tests and channels of a record.
 const LEVEL: f64 = 0.02;
 /// The tests of a channel that share [`LEVEL`]: dependence, size, line, constant.
@@ -166,16 +169,21 @@ impl<'a> Tests<'a> {
         let mut signed = Vec::new();
         self.statistics(standard, transformed, &mut found, Some(&mut signed));
         let observed_pattern = self.pattern.power(standard);
-        let mut null = Vec::with_capacity(SURROGATES);
-        let mut patterns = Vec::with_capacity(SURROGATES);
-        for _ in 0..SURROGATES {
-            let surrogate = self.spectrum.draw(smooth, rng);
+        let of_surrogate = |surrogate: Vec<Complex<f64>>| {
             let values = self.spectrum.back(&surrogate);
             let mut row = Vec::with_capacity(found.len() + 1);
             self.statistics(&values, &surrogate, &mut row, None);
-            patterns.push(self.pattern.power(&values));
-            null.push(row);
+            (row, self.pattern.power(&values))
+        };
+        let mut all = Vec::with_capacity(SURROGATES);
+        while all.len() < SURROGATES {
+            let count = AT_ONCE.min(SURROGATES - all.len());
+            let drawn: Vec<_> = (0..count)
+                .map(|_| self.spectrum.draw(smooth, rng))
+                .collect();
+            all.par_extend(drawn.into_par_iter().map(of_surrogate));
         }
+        let (mut null, patterns): (Vec<Vec<f64>>, Vec<Vec<f64>>) = all.into_iter().unzip();
         // Each period of the pattern has its own chance level: the mean of the other surrogates.
         let total: Vec<f64> = (0..observed_pattern.len())
             .map(|i| patterns.iter().map(|power| power[i]).sum())

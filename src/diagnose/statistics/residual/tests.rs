@@ -1,6 +1,5 @@
 use super::*;
 use crate::diagnose::statistics::simulated::{command, filtered, white};
-use rayon::prelude::*;
 
 fn look(channels: &[&[f64]], command: &[f64], spool: &[f64], seed: u64) -> Vec<Remaining> {
     let time: Vec<f64> = (0..command.len()).map(|k| k as f64 * 1e-3).collect();

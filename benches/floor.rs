@@ -212,32 +212,11 @@ fn counts(problem: &Problem) -> Counts {
         Plant::new(structure, &values),
     );
     COUNTS.set(Counts::default());
-    let rows = &all[0];
+    let (rows, each) = (&all[0], simulate::Counted::Squared);
     match (structure.states().len(), structure.effects.is_empty()) {
-        (2, true) => squares::<_, 2, _>(
-            structure,
-            rows,
-            simulate::Counted::Squared,
-            |_| (),
-            |_| false,
-            &alone,
-        ),
-        (0..=5, _) => squares::<_, 5, _>(
-            structure,
-            rows,
-            simulate::Counted::Squared,
-            |_| (),
-            |_| false,
-            &whole,
-        ),
-        _ => squares::<_, 20, _>(
-            structure,
-            rows,
-            simulate::Counted::Squared,
-            |_| (),
-            |_| false,
-            &whole,
-        ),
+        (2, true) => squares::<_, 2, _>(structure, rows, each, |_| (), |_| false, &alone),
+        (0..=5, _) => squares::<_, 5, _>(structure, rows, each, |_| (), |_| false, &whole),
+        _ => squares::<_, 20, _>(structure, rows, each, |_| (), |_| false, &whole),
     }
     COUNTS.get().map(|count| count / ROWS as f64)
 }

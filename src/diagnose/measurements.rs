@@ -385,8 +385,8 @@ fn held_in_turn(command: &[f64], share: f64) -> Vec<bool> {
 }
 
 /// Stretches of about `stretch` rows all along those `rows` of a record with this `command` that count, which have about as many of
-/// them as are `wanted`: of each of equal sections the one in which the command moves most. None lies on both sides of row `fitted`, and either
-/// side that has rows has one.
+/// them as are `wanted`: of each of equal sections the one in which the command moves most. None lies on both sides of row `fitted`,
+/// and either side that has rows has one.
 fn stretches(
     command: &[f64],
     rows: Range<usize>,

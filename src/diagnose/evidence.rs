@@ -30,12 +30,12 @@ use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// Polishing a model that may be dropped again: the fourth digit of a cost in units of noise decides nothing.
+/// Polishing a model that may be dropped again: the fifth digit of a cost in units of noise decides nothing.
 pub(super) const QUICK: PolishOptions = PolishOptions {
     max_iterations: 40,
     gradient_tolerance: 1e-6,
     step_tolerance: 1e-7,
-    cost_tolerance: 1e-4,
+    cost_tolerance: 1e-5,
     damping: 1e-3,
 };
 /// A polish that shows which way a start leads.

@@ -85,6 +85,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "delay",
         "dead_band",
         "dc_gain",
+        "dc_gain~creeping",
         "null_bias",
         "hysteresis",
         "command_lag",
@@ -104,6 +105,9 @@ fn the_catalogue_is_that_of_the_reference() {
         "hysteresis~feedback",
         "hysteresis~linkage",
         "integral_action~windup",
+        "integral_action~tracking",
+        "integral_action~clamping",
+        "integral_action~limited",
         "dead_band~compensated",
         "flow_force~angle",
         "feedback_curvature",
@@ -514,9 +518,14 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 75] = [
+const TWINS: [Twin; 79] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
+    (
+        "dc_gain~creeping=0.96:time=0.3",
+        "dc_gain~creeping",
+        &[("creep", 0.04), ("creep_time", 0.3)],
+    ),
     ("null_bias=0.3", "null_bias", &[("null_bias", 0.3)]),
     ("dead_band=0.4", "dead_band", &[("dead_band", 0.4)]),
     (
@@ -643,14 +652,33 @@ const TWINS: [Twin; 75] = [
         &[("integral_action_windup", 60.0)],
     ),
     (
+        "integral_action~tracking=40:tracking=60",
+        "integral_action~tracking",
+        &[("integral_action_tracked", 40.0), ("tracking_rate", 60.0)],
+    ),
+    (
+        "integral_action~clamping=40",
+        "integral_action~clamping",
+        &[("integral_action_clamped", 40.0)],
+    ),
+    (
+        "integral_action~limited=40:limit=0.3",
+        "integral_action~limited",
+        &[("integral_action_limited", 40.0), ("integral_limit", 0.3)],
+    ),
+    (
         "dead_band~compensated=0.3:start=0.06",
         "dead_band~compensated",
         &[("compensation", 0.3), ("compensation_start", 0.06)],
     ),
     (
-        "flow_force~angle=0.2:turn=0.6",
+        "flow_force~angle=0.2:turn=0.6:span=2",
         "flow_force~angle",
-        &[("flow_force_near_null", 0.2), ("flow_force_turn", 0.6)],
+        &[
+            ("flow_force_near_null", 0.2),
+            ("flow_force_turn", 0.6),
+            ("flow_force_span", 2.0),
+        ],
     ),
     (
         "hysteresis~feedback=0.3",

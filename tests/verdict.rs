@@ -229,7 +229,7 @@ fn a_form_is_told_from_what_comes_near_it() {
             &[("hysteresis_linkage", 0.15)],
         ),
         (
-            "flow_force~angle=0.2:turn=0.6",
+            "flow_force~angle=0.2:turn=0.6:span=2",
             "flow_force,feedback_curvature,dead_band",
             ("flow_force", "angle"),
             &[("flow_force_near_null", 0.2), ("flow_force_turn", 0.6)],
@@ -239,6 +239,30 @@ fn a_form_is_told_from_what_comes_near_it() {
             "integral_action,feed_forward,command_lag",
             ("integral_action", "windup"),
             &[("integral_action_windup", 20.0)],
+        ),
+        (
+            "dc_gain~creeping=0.95:time=0.4",
+            "dc_gain,integral_action,null_bias,hysteresis",
+            ("dc_gain", "creeping"),
+            &[("creep", 0.05), ("creep_time", 0.4)],
+        ),
+        (
+            "integral_action~tracking=40:tracking=60",
+            "integral_action,feed_forward,command_lag",
+            ("integral_action", "tracking"),
+            &[("integral_action_tracked", 40.0), ("tracking_rate", 60.0)],
+        ),
+        (
+            "integral_action~clamping=40",
+            "integral_action,feed_forward,command_lag",
+            ("integral_action", "clamping"),
+            &[("integral_action_clamped", 40.0)],
+        ),
+        (
+            "integral_action~limited=20:limit=0.3",
+            "integral_action,hysteresis,friction",
+            ("integral_action", "limited"),
+            &[("integral_action_limited", 20.0), ("integral_limit", 0.3)],
         ),
         (
             "sensor_lag~turbine.flow=0.004:at=60:drag=0.02",

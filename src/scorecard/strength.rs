@@ -135,7 +135,15 @@ impl Open {
             }
             Kind::SpoolResonance if form == Form::Lagged => extra("damping", 0.2, 0.6),
             Kind::DeadBand if form == Form::Compensated => extra("start", 0.02, 0.2),
-            Kind::FlowForce if form == Form::Angle => extra("turn", 0.3, 0.8),
+            Kind::DcGain if form == Form::Creeping => {
+                extra("time", 0.05 * setup.seconds, 0.3 * setup.seconds)
+            }
+            Kind::FlowForce if form == Form::Angle => {
+                extra("turn", 0.5, 0.7);
+                extra("span", 0.2, 5.0);
+            }
+            Kind::IntegralAction if form == Form::Tracking => extra("tracking", 20.0, 200.0),
+            Kind::IntegralAction if form == Form::Limited => extra("limit", 0.1, 1.0),
             _ => {}
         }
         let heats = kind == Kind::ViscosityDrift && form == Form::Usual && rng.random();

@@ -12,6 +12,8 @@ pub(super) struct Electronics {
     /// What is added to a command, V, and from which on all of it is, V.
     compensation: Option<[f64; 2]>,
     dc_gain: f64,
+    /// What of the command comes late, and its lag.
+    creep: Option<(f64, Lag)>,
     null_bias: f64,
     pade: Option<Pade>,
     ramp: Option<Ramp>,
@@ -38,6 +40,11 @@ impl Electronics {
             compensation: find(planted, Kind::DeadBand, Form::Compensated)
                 .map(|p| [p.value, p.key("start").unwrap_or(1.0)]),
             dc_gain,
+            creep: find(planted, Kind::DcGain, Form::Creeping).map(|p| {
+                let mut lag = Lag::new(p.key("time").unwrap_or(1.0));
+                lag.rest(command);
+                (1.0 - p.value, lag)
+            }),
             null_bias,
             lags,
             pade: find(planted, Kind::Delay, Form::Pade).map(|p| Pade::new(p.value, command)),
@@ -61,6 +68,14 @@ impl Electronics {
         };
         let entering = match &mut self.ramp {
             Some(ramp) => ramp.step(entering[1], h),
+            None => entering,
+        };
+        let entering = match &mut self.creep {
+            Some((share, lag)) => {
+                lag.jump(entering[0]);
+                let late = [lag.value, lag.advance(entering[1], h)];
+                [0, 1].map(|k| entering[k] - *share * (entering[k] - late[k]))
+            }
             None => entering,
         };
         let passed = entering.map(|u| self.passed(u));

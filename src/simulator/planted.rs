@@ -141,6 +141,14 @@ pub enum Form {
     Share,
     /// A limit of what a pilot stage delivers, of its own to either side.
     Uneven,
+    /// An integral that its controller's output runs down where that is limited.
+    Tracking,
+    /// An integral that stands still while its controller's output is limited.
+    Clamping,
+    /// An integral that grows as far as a limit.
+    Limited,
+    /// A share of the command that the loop goes to at once; the rest comes through a lag.
+    Creeping,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -183,6 +191,10 @@ impl Form {
             Self::Turbine => "turbine",
             Self::Share => "share",
             Self::Uneven => "uneven",
+            Self::Tracking => "tracking",
+            Self::Clamping => "clamping",
+            Self::Limited => "limited",
+            Self::Creeping => "creeping",
         }
     }
 }
@@ -255,7 +267,8 @@ impl Kind {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
             Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2,
                 &[Form::Compensated], &[("start", 0.06, &[Form::Compensated])]),
-            Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96, &[], &[]),
+            Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96,
+                &[Form::Creeping], &[("time", 0.5, &[Form::Creeping])]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
                 &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
@@ -268,7 +281,9 @@ impl Kind {
                 &[], &[("square", 0.0, USUAL)]),
             Self::SpoolResonance => entry("spool_resonance", "Hz", "spool", (1.0, 2000.0), 60.0,
                 &[Form::Lagged], &[("damping", 0.4, &[Form::Lagged])]),
-            Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0, &[Form::Windup], &[]),
+            Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0,
+                &[Form::Windup, Form::Tracking, Form::Clamping, Form::Limited],
+                &[("tracking", 60.0, &[Form::Tracking]), ("limit", 0.5, &[Form::Limited])]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides, Form::Uneven],
                 &[
@@ -282,7 +297,7 @@ impl Kind {
                     ("width", 0.05, &[Form::Dahl, Form::Lugre]),
                 ]),
             Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1,
-                &[Form::Windup, Form::Angle], &[("turn", 0.5, &[Form::Angle])]),
+                &[Form::Windup, Form::Angle], &[("turn", 0.6, &[Form::Angle]), ("span", 2.0, &[Form::Angle])]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
                 &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic, Form::Sides],
                 &[
@@ -685,7 +700,8 @@ mod tests {
             ("delay=-1", "from 0 to 1 s"),
             ("delay=nan", "from 0 to 1 s"),
             ("delay~dahl=0.1", "pade"),
-            ("dc_gain~dahl=0.1", "leave the form"),
+            ("leakage~dahl=0.1", "leave the form"),
+            ("dc_gain~dahl=0.1", "use creeping"),
             ("delay.flow=0.1", "leave the channel"),
             ("sensor_lag.temperature=0.1", "spool or flow"),
             ("sensor_lag.flw=0.1", "flw"),

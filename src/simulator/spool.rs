@@ -20,8 +20,8 @@ pub(super) struct Spool {
     friction: Friction,
     flow_force: f64,
     flow_force_behind: f64,
-    /// Near null, and by what share less at full scale.
-    flow_force_of_angle: [f64; 2],
+    /// Near null, by what share less where the jet has turned, and over what opening it does, V.
+    flow_force_of_angle: [f64; 3],
     stop: Stop,
     quadratic_damping: f64,
     amplitude_gain: f64,
@@ -31,8 +31,7 @@ pub(super) struct Spool {
     torque_limit: f64,
     feed_forward: f64,
     integral_action: f64,
-    /// The same of a controller that integrates the error before that is limited, 1/s.
-    integral_before_limit: f64,
+    before_limit: Option<BeforeLimit>,
     backlash: Option<Backlash>,
     linkage: Option<Backlash>,
     transducer: Transducer,
@@ -173,6 +172,51 @@ enum Stop {
     },
 }
 
+/// A controller that integrates the error before its output is limited: what it adds to the error, V, grows by `rate` times that.
+struct BeforeLimit {
+    rate: f64,
+    anti_windup: AntiWindup,
+}
+
+enum AntiWindup {
+    None,
+    /// The integral loses what its output exceeds the limit by, at this rate, 1/s.
+    Tracking(f64),
+    /// It does not grow where the output is beyond its limit on the side of the error.
+    Clamping,
+    /// It does not grow beyond ± a limit, V.
+    Limit(f64),
+}
+
+impl BeforeLimit {
+    fn planted(planted: &[Planted]) -> Option<Self> {
+        let of = |form| find(planted, Kind::IntegralAction, form);
+        let with = |p: &Planted, anti_windup| Self {
+            rate: p.value,
+            anti_windup,
+        };
+        let key = |p: &Planted, key| p.key(key).unwrap_or(1.0);
+        let usual = of(Form::Windup).map(|p| with(p, AntiWindup::None));
+        let clamping = || of(Form::Clamping).map(|p| with(p, AntiWindup::Clamping));
+        let tracking =
+            || of(Form::Tracking).map(|p| with(p, AntiWindup::Tracking(key(p, "tracking"))));
+        let limited = || of(Form::Limited).map(|p| with(p, AntiWindup::Limit(key(p, "limit"))));
+        usual.or_else(clamping).or_else(tracking).or_else(limited)
+    }
+
+    /// How fast the integral grows, V/s.
+    fn grows(&self, error: f64, integral: f64, saturation: f64) -> f64 {
+        let output = error + integral;
+        let excess = output - output.clamp(-saturation, saturation);
+        match self.anti_windup {
+            AntiWindup::Tracking(tracking) => self.rate * error - tracking * excess,
+            AntiWindup::Clamping if excess * error > 0.0 => 0.0,
+            AntiWindup::Limit(limit) if integral.abs() >= limit && integral * error > 0.0 => 0.0,
+            _ => self.rate * error,
+        }
+    }
+}
+
 impl Backlash {
     fn follower(&self, x: f64) -> f64 {
         self.at.clamp(x - self.half_width, x + self.half_width)
@@ -282,8 +326,13 @@ impl Spool {
             flow_force: value(planted, Kind::FlowForce),
             flow_force_behind: find(planted, Kind::FlowForce, Form::Windup)
                 .map_or(0.0, |p| p.value),
-            flow_force_of_angle: find(planted, Kind::FlowForce, Form::Angle)
-                .map_or([0.0; 2], |p| [p.value, p.key("turn").unwrap_or(0.0)]),
+            flow_force_of_angle: find(planted, Kind::FlowForce, Form::Angle).map_or(
+                [0.0, 0.0, 1.0],
+                |p| {
+                    let key = |key| p.key(key).unwrap_or(1.0);
+                    [p.value, key("turn"), key("span")]
+                },
+            ),
             stop,
             quadratic_damping: strength(outsiders, Oddity::QuadraticDamping),
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
@@ -293,8 +342,7 @@ impl Spool {
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
             feed_forward: value(planted, Kind::FeedForward),
             integral_action: value(planted, Kind::IntegralAction),
-            integral_before_limit: find(planted, Kind::IntegralAction, Form::Windup)
-                .map_or(0.0, |p| p.value),
+            before_limit: BeforeLimit::planted(planted),
             backlash: play(Form::Feedback),
             linkage: play(Form::Linkage),
             transducer: Transducer::planted(planted),
@@ -318,6 +366,11 @@ impl Spool {
                 let direction = self.slip();
                 self.state = self.moved(self.state, command, drop, direction, h);
             }
+        }
+        if let Some(AntiWindup::Limit(limit)) =
+            self.before_limit.as_ref().map(|one| &one.anti_windup)
+        {
+            self.state[5] = self.state[5].clamp(-limit, *limit);
         }
         let x = self.state[0];
         for play in [&mut self.backlash, &mut self.linkage]
@@ -442,7 +495,7 @@ impl Spool {
             let middle = (command[0] + command[1]) / 2.0;
             let reference = self.reference(middle, start[5]);
             let drive = self.valve.gain * self.drive(start[0], reference, drop);
-            self.state[5] += self.grows(middle, start[0], drive) * h;
+            self.state[5] += self.grows(middle, start[0], start[5], drive) * h;
         } else {
             self.state = self.moved(start, command, drop, direction, h);
             if self.state[1] * direction < 0.0 {
@@ -475,25 +528,25 @@ impl Spool {
 
     /// The command with what its controller has integrated of the error before that is limited, V.
     fn reference(&self, u: f64, integral: f64) -> f64 {
-        match self.integral_before_limit {
-            0.0 => u,
-            rate => u + rate * integral,
+        match self.before_limit {
+            None => u,
+            Some(_) => u + integral,
         }
     }
 
     /// What a controller has integrated that integrates its limited drive, V/s.
     fn after_limit(&self, integral: f64) -> f64 {
-        match self.integral_before_limit {
-            0.0 => integral,
-            _ => 0.0,
+        match self.before_limit {
+            None => integral,
+            Some(_) => 0.0,
         }
     }
 
     /// How fast that, or what it has integrated of the `proportional` part, V/s, grows.
-    fn grows(&self, u: f64, x: f64, proportional: f64) -> f64 {
-        match self.integral_before_limit {
-            0.0 => self.integral_action * proportional,
-            _ => u - self.fed_back(x),
+    fn grows(&self, u: f64, x: f64, integral: f64, proportional: f64) -> f64 {
+        match &self.before_limit {
+            None => self.integral_action * proportional,
+            Some(one) => one.grows(u - self.fed_back(x), integral, self.valve.saturation),
         }
     }
 
@@ -512,8 +565,8 @@ impl Spool {
             let limit = limit / self.valve.gain;
             drive = drive.clamp(-limit, limit);
         }
-        let [near_null, turn] = self.flow_force_of_angle;
-        let turned = near_null * (1.0 - turn * x.abs() / FULL_SCALE).max(0.0);
+        let [near_null, turn, span] = self.flow_force_of_angle;
+        let turned = near_null * (1.0 - turn * (1.0 - (-x.abs() / span).exp()));
         drive -= (self.flow_force + turned) * x * drop;
         if let Stop::Soft { limit, stiffness } = self.stop {
             drive -= stiffness * (x - x.clamp(-limit, limit));
@@ -560,7 +613,7 @@ impl Spool {
                     * outsider::direction_gain(self.direction_gain, drive);
                 let proportional = gain * drive;
                 let driven = proportional + self.after_limit(integral);
-                let grows = self.grows(u, x, proportional);
+                let grows = self.grows(u, x, integral, proportional);
                 if let Some(resonance) = &self.resonance {
                     let driving = if resonance.lagged { v } else { driven };
                     let pull =

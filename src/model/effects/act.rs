@@ -60,10 +60,12 @@ pub struct Stage<R> {
     pub command: R,
     /// The sign in which what can stick moved, or set out to move, when it began; zero while it sticks.
     pub slip_direction: R,
+    /// Where the drive of the spool saturates, in the unit of the command.
+    pub saturation: R,
 }
 
 impl<R: Real> Stage<R> {
-    /// The beginning of a step with this `command` and `time`, of what cannot stick.
+    /// The beginning of a step with this `command` and `time`, of what cannot stick and has no drive.
     #[inline(always)]
     pub fn first(command: R, time: R) -> Self {
         Self {
@@ -71,6 +73,7 @@ impl<R: Real> Stage<R> {
             time,
             command,
             slip_direction: R::constant(0.0),
+            saturation: R::constant(0.0),
         }
     }
 }

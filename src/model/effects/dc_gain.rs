@@ -1,7 +1,8 @@
 //! A loop settles at a share of its command.
 
+use super::act::lagged;
 use super::host;
-use super::{Act, Entry, Host, Port};
+use super::{Act, Entry, Host, Port, Stage};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -50,6 +51,83 @@ impl<R: Real> Act<R> for DcGain<R> {
     }
 }
 
+pub(super) const CREEPING: Entry = Entry {
+    name: "dc_gain~creeping",
+    summary: "The loop goes to a share of its command at once, and creeps the rest of the way",
+    finding: "of its command the loop leaves {creep}, and creeps there with a time constant of {creep_time}",
+    equation: "sat(u - creep (u - v) - x, S), creep_time dv/dt + v = u",
+    shows: "a spool that stops short of its command, or past it, and creeps there",
+    confused: "dc_gain, which stays short; integral_action, whose spool runs past its command; null_bias~settling, which does not go with it",
+    source: "a finite gain that a slow integral makes up for, as in position controllers of proportional valves; Astrom, Hagglund, Advanced \
+             PID Control, 2006",
+    parameters: |scale, _| {
+        let slowest = scale.length.max(100.0 * scale.interval);
+        vec![
+            Parameter::linear("creep", "1", -0.5, 0.0, 0.5),
+            Parameter::log(
+                "creep_time",
+                "s",
+                20.0 * scale.interval,
+                0.2 * slowest,
+                slowest,
+            ),
+        ]
+    },
+    trials: |scale, _| {
+        [0.01, 0.05, 0.3]
+            .map(|share| vec![0.03, (share * scale.length).max(20.0 * scale.interval)])
+            .to_vec()
+    },
+    states: &["creeping_command"],
+    applies: host::moves_a_spool,
+    ..ENTRY
+};
+
+/// The loop creeps to what it leaves of its command.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct DcGainCreeping<R> {
+    share: R,
+    time_constant: R,
+}
+
+impl<R: Real> DcGainCreeping<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            share: next(),
+            time_constant: next(),
+        }
+    }
+
+    /// The command through its lag: `own` is that when the step began.
+    #[inline(always)]
+    fn crept(&self, own: &[R], command: R, stage: &Stage<R>) -> R {
+        let lag = self.time_constant;
+        lagged(own[0], stage.command, command, lag, stage.since)
+    }
+}
+
+impl<R: Real> Act<R> for DcGainCreeping<R> {
+    fn acts_on_the_reference(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], command: R) {
+        own[0] = command;
+    }
+
+    #[inline(always)]
+    fn reference(&self, own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
+        command - self.share * (command - self.crept(own, command, stage))
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], command: R, _spool: R, stage: &Stage<R>) {
+        own[0] = self.crept(own, command, stage);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -61,6 +139,24 @@ mod tests {
         let mut values = [0.97].into_iter();
         let effect: DcGain<f64> = DcGain::new(|| values.next().unwrap());
         assert_eq!(effect.command(&mut [], -2.0), -1.94);
+    }
+
+    #[test]
+    fn it_creeps_to_the_whole_of_the_command() {
+        let mut values = [0.1, 2.0].into_iter();
+        let effect: DcGainCreeping<f64> = DcGainCreeping::new(|| values.next().unwrap());
+        let mut own = [0.0];
+        let stage = |since| Stage {
+            since,
+            ..Stage::first(5.0, 0.0)
+        };
+        assert!((effect.reference(&own, 5.0, 0.0, &stage(0.0)) - 4.5).abs() < 1e-9);
+        effect.remember(&mut own, 5.0, 0.0, &stage(2.0));
+        let after = effect.reference(&own, 5.0, 0.0, &stage(0.0));
+        assert!(
+            (after - (5.0 - 0.5 * (-1f64).exp())).abs() < 1e-5,
+            "{after}"
+        );
     }
 
     #[test]

@@ -87,26 +87,31 @@ impl<R: Real> Act<R> for FlowForceBehind<R> {
 pub(super) const ANGLE: Entry = Entry {
     name: "flow_force~angle",
     summary: "The steady flow force pulls the spool towards null, and less than in proportion where its jet turns with the opening",
-    finding: "the flow force holds the spool back by {flow_force_near_null} of its opening near null at the rated pressure drop, and by {flow_force_turn} less at full stroke",
-    equation: "dz/dt = K (sat(u - x, S) - flow_force_near_null h(x) (1 - flow_force_turn |x|/flow_force_span) dp/dp_ref)",
+    finding: "the flow force holds the spool back by {flow_force_near_null} of its opening near null at the rated pressure drop, and by \
+              {flow_force_turn} less where its jet has turned, which takes {flow_force_span}",
+    equation: "dz/dt = K (sat(u - x, S) - flow_force_near_null h(x) (1 - flow_force_turn (1 - exp(-|x|/flow_force_span))) dp/dp_ref)",
     shows: "a spool error that grows with the opening, and ever less",
     confused: "feedback_curvature, whose error does not know the pressure drop",
-    source: "von Mises; Merritt, Hydraulic Control Systems, 1967: the angle of the jet turns from 21 to 69 degrees with the opening",
+    source: "von Mises; Merritt, Hydraulic Control Systems, 1967: the angle of the jet turns from 21 to 69 degrees as the opening grows past \
+             the radial clearance, its cosine to 0.38 of what it was",
     parameters: |scale, _| {
         vec![
             Parameter::linear("flow_force_near_null", "1", 0.0, 0.0, 1.0),
-            Parameter::linear("flow_force_turn", "1", 0.0, 0.0, 0.95),
-            Parameter::linear(
+            Parameter::linear("flow_force_turn", "1", 0.0, 0.6, 0.95),
+            Parameter::log(
                 "flow_force_span",
                 &scale.command_unit,
-                0.0,
+                0.01 * scale.command,
+                0.2 * scale.command,
                 scale.command,
-                scale.command,
-            )
-            .fixed(),
+            ),
         ]
     },
-    trials: |_, _| vec![vec![0.03, 0.5], vec![0.2, 0.5]],
+    trials: |scale, _| {
+        [(0.03, 0.2), (0.2, 0.2), (0.2, 0.05), (0.2, 1.0)]
+            .map(|(force, span)| vec![force, 0.6, span * scale.command])
+            .to_vec()
+    },
     ..ENTRY
 };
 
@@ -136,8 +141,8 @@ impl<R: Real> Act<R> for FlowForceOfAngle<R> {
 
     #[inline(always)]
     fn drive(&self, _own: &[R], drive: R, motion: &Motion<R>) -> R {
-        let (zero, one) = (R::constant(0.0), R::constant(1.0));
-        let left = (one - self.turn * motion.spool.abs() / self.span).max(zero);
+        let (turned, _) = (motion.spool.abs() / self.span).caught_up();
+        let left = R::constant(1.0) - self.turn * turned;
         drive - motion.gain * self.share * left * motion.load
     }
 }
@@ -147,8 +152,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn at_full_stroke_the_jet_has_turned() {
-        let mut values = [0.1, 0.5, 10.0].into_iter();
+    fn past_its_span_the_jet_has_turned() {
+        let mut values = [0.1, 0.5, 2.0].into_iter();
         let effect: FlowForceOfAngle<f64> = FlowForceOfAngle::new(|| values.next().unwrap());
         let force = |spool: f64| {
             let motion = Motion {
@@ -161,8 +166,9 @@ mod tests {
             };
             -effect.drive(&[], 0.0, &motion) / 200.0
         };
-        assert!((force(0.01) - 0.001).abs() < 1e-6);
-        assert!((force(-10.0) + 0.5).abs() < 1e-12);
+        assert!((force(0.001) - 0.0001).abs() < 1e-7);
+        assert!((force(-2.0) + 0.2 * (1.0 - 0.5 * (1.0 - (-1f64).exp()))).abs() < 1e-6);
+        assert!((force(40.0) - 4.0 * 0.5).abs() < 1e-6);
     }
 
     #[test]

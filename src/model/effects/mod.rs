@@ -255,6 +255,10 @@ catalogue! {
     sensor_lag::SensorLagOfTurbine = TURBINE,
     line_resonance::LineResonanceOfShare = SHARE,
     slew_limit::SlewLimitUneven = UNEVEN,
+    integral_action::IntegralActionTracked = TRACKING,
+    integral_action::IntegralActionClamped = CLAMPING,
+    integral_action::IntegralActionLimited = LIMITED,
+    dc_gain::DcGainCreeping = CREEPING,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

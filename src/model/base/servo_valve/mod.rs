@@ -481,7 +481,10 @@ impl<R: Real> ServoValveEquations<R> {
                 (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
                 ports.settled_spool(state, spool);
                 let path = self.path(ports, state, input, true);
-                let stage = Stage::first(input.command, input.time);
+                let stage = Stage {
+                    saturation: actuator.saturation(),
+                    ..Stage::first(input.command, input.time)
+                };
                 let reference = ports.reference(state, input.command, spool, &stage);
                 let (drive, _) = actuator.derivative(spool, spool, reference);
                 let motion = motion(actuator, spool, zero, self.load(&path), zero);
@@ -501,7 +504,11 @@ fn rates<R: Real, P: Ports<R>>(
     stage: &Stage<R>,
 ) -> (R, R) {
     let (integrator, spool) = (state[INTEGRATOR], state[SPOOL]);
-    let reference = ports.reference(state, input.command, spool, stage);
+    let stage = Stage {
+        saturation: actuator.saturation(),
+        ..*stage
+    };
+    let reference = ports.reference(state, input.command, spool, &stage);
     actuator.derivative(integrator, spool, reference)
 }
 
@@ -694,6 +701,7 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
         let stage = Stage {
             since: step,
             slip_direction,
+            saturation: actuator.saturation(),
             ..Stage::first(start.command, start.time)
         };
         let (_, speed) = rates(

@@ -102,6 +102,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "slew_limit~sides",
         "slew_limit~uneven",
         "slew_limit~command",
+        "slew_limit~ramps",
         "hysteresis~feedback",
         "hysteresis~linkage",
         "integral_action~windup",
@@ -134,6 +135,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "gain_curvature~shaped",
         "gain_curvature~round",
         "flow_saturation",
+        "flow_saturation~choked",
         "leakage",
         "supply_droop",
         "supply_droop~turbulent",
@@ -238,6 +240,7 @@ fn rounding(effect: Effect, with: &Problem) -> Option<f64> {
     let shorter = with.has_exact_steps() && with.structure.has_followers();
     let bends = ["rounded", "tanh", "pilot", "uneven"];
     let bends = effect.entry.cause() == "slew_limit" && bends.contains(&effect.entry.form());
+    let bends = bends || effect.entry.name == "flow_saturation~choked";
     let formula = shorter.then_some(1e-9).or(late.then_some(1e-12));
     bends.then_some(4e-5).or(formula)
 }
@@ -518,7 +521,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 79] = [
+const TWINS: [Twin; 81] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -765,6 +768,19 @@ const TWINS: [Twin; 79] = [
         "gain_curvature=0.15",
         "gain_curvature",
         &[("gain_curvature", 0.15)],
+    ),
+    (
+        "flow_saturation~choked=60:negative=90",
+        "flow_saturation~choked",
+        &[("choked_up", 60.0), ("choked_down", 90.0)],
+    ),
+    (
+        "slew_limit~ramps=110:closing=320",
+        "slew_limit~ramps",
+        &[
+            ("opening_ramp", 10.0 / 110.0),
+            ("closing_ramp", 10.0 / 320.0),
+        ],
     ),
     (
         "flow_saturation=70",

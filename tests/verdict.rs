@@ -241,6 +241,21 @@ fn a_form_is_told_from_what_comes_near_it() {
             &[("integral_action_windup", 20.0)],
         ),
         (
+            "slew_limit~ramps=110:closing=320",
+            "slew_limit,command_lag,flow_force",
+            ("slew_limit", "ramps"),
+            &[
+                ("opening_ramp", 10.0 / 110.0),
+                ("closing_ramp", 10.0 / 320.0),
+            ],
+        ),
+        (
+            "flow_saturation~choked=60:negative=1000",
+            "flow_saturation,gain_curvature,asymmetric_gain,stroke_limit",
+            ("flow_saturation", "choked"),
+            &[("choked_up", 60.0)],
+        ),
+        (
             "dc_gain~creeping=0.95:time=0.4",
             "dc_gain,integral_action,null_bias,hysteresis",
             ("dc_gain", "creeping"),

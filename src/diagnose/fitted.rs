@@ -136,6 +136,7 @@ impl Fitted {
         of_residual: bool,
     ) -> BTreeMap<String, Noise> {
         let all = self.beside(measurements).fit;
+        let observed = &self.problem.structure.observed;
         let one = |&output: &Output| {
             let compared = Compared::measuring(&all, output);
             let known = KnownRows::new(&compared);
@@ -143,17 +144,28 @@ impl Fitted {
             let rows = compared.iter().flat_map(|compared| compared.rows(output));
             let measured: Vec<f64> = rows.map(|row| row.1).collect();
             let quiet = if of_residual { &residual } else { &measured };
+            let beside: Vec<Vec<f64>> = observed
+                .iter()
+                .filter(|other| **other != output)
+                .map(|&other| (other, Compared::measuring(&all, other)))
+                .filter(|(_, compared)| KnownRows::new(compared).time == known.time)
+                .map(|(other, compared)| {
+                    let rows = compared.iter().flat_map(|compared| compared.rows(other));
+                    rows.map(|row| row.1).collect()
+                })
+                .collect();
             let rows = NoiseRows {
                 starts: &known.starts,
                 time: &known.time,
                 command: &known.command,
                 measured: &measured,
                 residual: &residual,
+                beside: &beside,
             };
             let floor = noise_floor(rows, quiet);
             (output.name().to_owned(), floor)
         };
-        let noise = self.problem.structure.observed.iter().map(one);
+        let noise = observed.iter().map(one);
         with_what_passes(self, measurements, noise.collect())
     }
 

@@ -135,6 +135,11 @@ impl Open {
             }
             Kind::SpoolResonance if form == Form::Lagged => extra("damping", 0.2, 0.6),
             Kind::DeadBand if form == Form::Compensated => extra("start", 0.02, 0.2),
+            Kind::SlewLimit if form == Form::Ramps => {
+                let speed = valve.gain * valve.saturation;
+                extra("closing", 0.3 * speed, 2.0 * speed);
+            }
+            Kind::FlowSaturation if form == Form::Choked => extra("negative", 50.0, 1000.0),
             Kind::DcGain if form == Form::Creeping => {
                 extra("time", 0.05 * setup.seconds, 0.3 * setup.seconds)
             }

@@ -48,10 +48,14 @@ impl Electronics {
             null_bias,
             lags,
             pade: find(planted, Kind::Delay, Form::Pade).map(|p| Pade::new(p.value, command)),
-            ramp: find(planted, Kind::SlewLimit, Form::Command).map(|p| Ramp {
-                limit: p.value,
-                output: command,
-            }),
+            ramp: [Form::Command, Form::Ramps]
+                .into_iter()
+                .find_map(|form| find(planted, Kind::SlewLimit, form))
+                .map(|p| Ramp {
+                    opening: p.value,
+                    closing: p.key("closing").unwrap_or(p.value),
+                    output: command,
+                }),
             clamp: find(planted, Kind::StrokeLimit, Form::Command).map(|p| p.value),
             hysteresis: Hysteresis::planted(planted, dc_gain * command + null_bias),
         };
@@ -130,16 +134,24 @@ pub(super) fn exact_delay(planted: &[Planted]) -> f64 {
     value(planted, Kind::Delay)
 }
 
-/// The ramp generator of an amplifier: y follows the command no faster than the limit.
+/// The ramp generator of an amplifier: y follows the command no faster than the limit, which may be another towards zero.
 struct Ramp {
-    limit: f64,
+    opening: f64,
+    closing: f64,
     output: f64,
 }
 
 impl Ramp {
     fn step(&mut self, command: f64, h: f64) -> [f64; 2] {
         let start = self.output;
-        let most = self.limit * h;
+        // To zero, and on from there.
+        let closes = start * (command - start) < 0.0;
+        let closed = if closes {
+            start.abs().min(self.closing * h)
+        } else {
+            0.0
+        };
+        let most = closed + self.opening * (h - closed / self.closing);
         self.output += (command - start).clamp(-most, most);
         [start, self.output]
     }

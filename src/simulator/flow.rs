@@ -116,6 +116,8 @@ struct Opening {
     round: f64,
     /// |h| ≤ s.
     saturation: f64,
+    /// What either side nears gradually, shares of full scale.
+    choked: Option<[f64; 2]>,
 }
 
 impl Opening {
@@ -143,6 +145,8 @@ impl Opening {
             curvature: value(planted, Kind::GainCurvature),
             saturation: find(planted, Kind::FlowSaturation, Form::Usual)
                 .map_or(f64::INFINITY, |p| p.value / 100.0),
+            choked: find(planted, Kind::FlowSaturation, Form::Choked)
+                .map(|p| [p.value, p.key("negative").unwrap_or(p.value)].map(|end| end / 100.0)),
         }
     }
 
@@ -171,6 +175,10 @@ impl Opening {
             h + third * (h.powi(3) - h) + fifth * (h.powi(5) - h)
         });
         let h = h + self.round * (h.abs().powf(1.5).copysign(h) - h);
+        let h = self.choked.map_or(h, |[up, down]| {
+            let end = if h > 0.0 { up } else { down };
+            h * (1.0 + (h / end).powi(4)).powf(-0.25)
+        });
         h.clamp(-self.saturation, self.saturation)
     }
 }

@@ -149,6 +149,10 @@ pub enum Form {
     Limited,
     /// A share of the command that the loop goes to at once; the rest comes through a lag.
     Creeping,
+    /// Ramps of the command, one away from zero and one towards it.
+    Ramps,
+    /// A limit that either side nears gradually.
+    Choked,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -195,6 +199,8 @@ impl Form {
             Self::Clamping => "clamping",
             Self::Limited => "limited",
             Self::Creeping => "creeping",
+            Self::Ramps => "ramps",
+            Self::Choked => "choked",
         }
     }
 }
@@ -285,10 +291,11 @@ impl Kind {
                 &[Form::Windup, Form::Tracking, Form::Clamping, Form::Limited],
                 &[("tracking", 60.0, &[Form::Tracking]), ("limit", 0.5, &[Form::Limited])]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
-                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides, Form::Uneven],
+                &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides, Form::Uneven, Form::Ramps],
                 &[
                     ("bend", 0.8, &[Form::Rounded, Form::Pilot, Form::Uneven]),
                     ("negative", 1e5, &[Form::Sides, Form::Uneven]),
+                    ("closing", 1e5, &[Form::Ramps]),
                 ]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
                 &[Form::Dahl, Form::Lugre, Form::Windup], &[
@@ -315,7 +322,8 @@ impl Kind {
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
                 &[Form::Knee, Form::Shaped, Form::Round], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
-            Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0, &[], &[]),
+            Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0,
+                &[Form::Choked], &[("negative", 1000.0, &[Form::Choked])]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
                 &[Form::Turbulent], &[("lag", 0.02, &[Form::Usual, Form::Turbulent])]),

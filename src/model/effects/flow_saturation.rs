@@ -49,9 +49,82 @@ impl<R: Real> Act<R> for FlowSaturation<R> {
     }
 }
 
+pub(super) const CHOKED: Entry = Entry {
+    name: "flow_saturation~choked",
+    summary: "The flow of either side comes gradually to a limit of its own, as where it is choked by cavitation",
+    finding: "the flow comes to that of an opening of {choked_up} on the positive side and of {choked_down} on the negative one",
+    equation: "h / (1 + (|h|/s)^4)^(1/4), s = choked_up for h > 0 and choked_down for h < 0",
+    shows: "rounded tops of the flow at large openings, on one side or on both, which the spool does not show",
+    confused: "flow_saturation, whose corner is sharp and alike on both sides; asymmetric_gain, which is there at small openings, too",
+    source: "choked flow of cavitating orifices: Merritt, Hydraulic Control Systems, 1967; passages in series with the ports",
+    parameters: |_, _| {
+        let limit = |name| Parameter::log(name, "%", 5.0, FAR, FAR);
+        vec![limit("choked_up"), limit("choked_down")]
+    },
+    trials: |_, _| {
+        [
+            (70.0, 70.0),
+            (70.0, FAR),
+            (FAR, 70.0),
+            (40.0, FAR),
+            (FAR, 40.0),
+        ]
+        .map(|(up, down)| vec![up, down])
+        .to_vec()
+    },
+    view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(1))),
+    ..ENTRY
+};
+
+/// A limit that is never met, %.
+const FAR: f64 = 2000.0;
+
+/// The flow of either side comes gradually to a limit.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct FlowSaturationChoked<R> {
+    up: R,
+    down: R,
+}
+
+impl<R: Real> FlowSaturationChoked<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            up: next(),
+            down: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for FlowSaturationChoked<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let share = opening / opening.if_positive(self.up, self.down);
+        let square = share * share;
+        opening / (R::constant(1.0) + square * square).sqrt().sqrt()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_choked_flow_comes_to_its_limit() {
+        let mut values = [50.0, 80.0].into_iter();
+        let effect: FlowSaturationChoked<f64> =
+            FlowSaturationChoked::new(|| values.next().unwrap());
+        for (opening, expected) in [
+            (5.0, 5.0),
+            (50.0, 50.0 / 2f64.powf(0.25)),
+            (5000.0, 50.0),
+            (-8.0, -8.0),
+            (-80.0, -80.0 / 2f64.powf(0.25)),
+        ] {
+            let found = effect.opening(opening);
+            assert!((found - expected).abs() < 3e-4, "{opening}: {found}");
+        }
+    }
 
     #[test]
     fn beyond_its_end_nothing_opens_further() {

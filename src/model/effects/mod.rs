@@ -259,6 +259,8 @@ catalogue! {
     integral_action::IntegralActionClamped = CLAMPING,
     integral_action::IntegralActionLimited = LIMITED,
     dc_gain::DcGainCreeping = CREEPING,
+    slew_limit::SlewLimitOfRamps = RAMPS,
+    flow_saturation::FlowSaturationChoked = CHOKED,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -458,24 +458,133 @@ impl<R: Real> SlewLimitOfCommand<R> {
     }
 }
 
+/// Where a ramp is that began at `from`, after `since` seconds in which its command went straight between two values: it takes no
+/// less than the first time over the `span` until it meets the command, and then no less than the second.
+#[inline(always)]
+fn ramped<R: Real>(
+    from: R,
+    [began, command]: [R; 2],
+    since: R,
+    span: R,
+    [time, later]: [R; 2],
+) -> R {
+    let one = R::constant(1.0);
+    let sign = |value: R| value.if_positive(one, -one);
+    let ahead = began - from;
+    let change = command - began;
+    let side = ahead.abs().if_positive(sign(ahead), sign(change));
+    // Times the ramp time: how far a ramp goes, and how fast it comes nearer to the command, which may be without a ramp.
+    let reach = span * since;
+    let closing = reach - side * time * change;
+    let needed = time * ahead.abs();
+    // Once it has met a command that goes faster, it stays behind that.
+    let left = one - needed / closing;
+    let behind = command + (sign(change) * reach / later - change) * left;
+    let met = (later * change.abs() - reach).if_positive(behind, command);
+    (needed - closing).if_positive(from + side * reach / time, met)
+}
+
 impl<R: Real> Act<R> for SlewLimitOfCommand<R> {
     #[inline(always)]
     fn reference(&self, own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
-        let one = R::constant(1.0);
-        let sign = |value: R| value.if_positive(one, -one);
-        let ahead = stage.command - own[0];
+        let command = [stage.command, command];
+        ramped(own[0], command, stage.since, self.span, [self.time; 2])
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], command: R, spool: R, stage: &Stage<R>) {
+        own[0] = self.reference(own, command, spool, stage);
+    }
+
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], command: R) {
+        own[0] = command;
+    }
+}
+
+pub(super) const RAMPS: Entry = Entry {
+    name: "slew_limit~ramps",
+    summary: "The amplifier's ramp generator limits the rate of the command, one way towards zero and another way from it",
+    finding: "the command takes no less than {opening_ramp} from zero to full scale, and no less than {closing_ramp} back",
+    equation: "|dr/dt| <= ramps_span / opening_ramp where |r| grows, ramps_span / closing_ramp where it falls, sat(r - x, S) instead of \
+               sat(u - x, S)",
+    shows: "steps become ramps, steeper or less steep towards zero than away from it, alike on both sides",
+    confused: "slew_limit~command, whose ramps are alike; slew_limit~sides, whose limits belong to the sides",
+    parameters: |scale, _| {
+        let unit = &scale.command_unit;
+        let time = |name| Parameter::linear(name, "s", 0.0, 0.0, scale.length);
+        let span = Parameter::linear("ramps_span", unit, 0.0, scale.command, scale.command);
+        vec![time("opening_ramp"), time("closing_ramp"), span.fixed()]
+    },
+    trials: |scale, _| {
+        [(1.0, 2.0), (2.0, 1.0), (1.0, 4.0), (4.0, 1.0)]
+            .map(|times| [times.0, times.1].map(|share| share * scale.command / scale.speed))
+            .map(Vec::from)
+            .to_vec()
+    },
+    states: &["ramp_of_two"],
+    view: Some(View::new(
+        Excitation::Chirp,
+        Over::Time,
+        Values::Given(&[0.1, 0.05]),
+    )),
+    ..COMMAND
+};
+
+/// The command is limited in its rate, towards zero and away from it.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SlewLimitOfRamps<R> {
+    opening: R,
+    closing: R,
+    span: R,
+}
+
+impl<R: Real> SlewLimitOfRamps<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            opening: next(),
+            closing: next(),
+            span: next(),
+        }
+    }
+
+    /// The time over the span of a ramp at `place` that heads this way.
+    #[inline(always)]
+    fn time(&self, place: R, heading: R) -> R {
+        (-heading)
+            .with_sign_of(place)
+            .if_positive(self.closing, self.opening)
+    }
+}
+
+impl<R: Real> Act<R> for SlewLimitOfRamps<R> {
+    /// In two parts where it passes zero on its way.
+    #[inline(always)]
+    fn reference(&self, own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
+        let half = R::constant(0.5);
         let change = command - stage.command;
-        let side = ahead.abs().if_positive(sign(ahead), sign(change));
-        // Times the ramp time: how far a ramp goes, and how fast it comes nearer to the command, which may be without a ramp.
-        let reach = self.span * stage.since;
-        let closing = reach - side * self.time * change;
-        let needed = self.time * ahead.abs();
-        let ramp = reach / self.time;
-        // Once it has met a command that goes faster, it stays behind that.
-        let left = one - needed / closing;
-        let behind = command + (sign(change) * ramp - change) * left;
-        let met = (self.time * change.abs() - reach).if_positive(behind, command);
-        (needed - closing).if_positive(own[0] + side * ramp, met)
+        let ahead = stage.command - own[0];
+        let heading = ahead.abs().if_positive(ahead, change);
+        let falls = (-heading).with_sign_of(own[0]);
+        let to_zero = (self.closing * own[0].abs() / self.span).min(stage.since);
+        let first = falls.if_positive(to_zero, stage.since);
+        let passed = stage.command + change * (first / stage.since.max(R::constant(1e-12)));
+        let later = |from: R, to: R| self.time(half * (from + to), change);
+        let at_zero = ramped(
+            own[0],
+            [stage.command, passed],
+            first,
+            self.span,
+            [self.time(own[0], heading), later(stage.command, passed)],
+        );
+        ramped(
+            at_zero,
+            [passed, command],
+            stage.since - first,
+            self.span,
+            [self.opening, later(passed, command)],
+        )
     }
 
     #[inline(always)]
@@ -537,6 +646,36 @@ mod tests {
             (found - (1.0 + 0.1 / 6.0 - 0.5 / 6.0)).abs() < 1e-12,
             "{found}"
         );
+    }
+
+    #[test]
+    fn two_ramps_change_at_zero() {
+        let at = |times: [f64; 2], from: f64, began: f64, command: f64| {
+            let mut values = [times[0], times[1], 10.0].into_iter();
+            let ramps: SlewLimitOfRamps<f64> = SlewLimitOfRamps::new(|| values.next().unwrap());
+            let stage = Stage {
+                since: 0.01,
+                ..Stage::first(began, 0.0)
+            };
+            ramps.reference(&[from], command, 0.0, &stage)
+        };
+        // Away from zero, towards it, through it, and at the command; 100 V/s away, 400 V/s towards zero.
+        for (from, command, expected) in [
+            (1.0, 9.0, 2.0),
+            (-1.0, -9.0, -2.0),
+            (5.0, 0.0, 1.0),
+            (2.0, -9.0, -0.5),
+            (5.0, 4.0, 4.0),
+            (0.0, -0.3, -0.3),
+        ] {
+            let found = at([0.1, 0.025], from, command, command);
+            assert!((found - expected).abs() < 1e-9, "{from} {command}: {found}");
+        }
+        // Without ramps, and with two that are alike.
+        assert_eq!(at([0.0, 0.0], 1.0, -8.0, 7.0), 7.0);
+        let alike = at([0.1, 0.1], 1.0, 1.05, 0.85);
+        let one = ramped(1.0, [1.05, 0.85], 0.01, 10.0, [0.1; 2]);
+        assert!((alike - one).abs() < 1e-12, "{alike} {one}");
     }
 
     #[test]

@@ -172,6 +172,8 @@ pub struct NoiseRows<'a> {
     pub measured: &'a [f64],
     /// Measured less simulated.
     pub residual: &'a [f64],
+    /// What other channels measure in the same rows.
+    pub beside: &'a [Vec<f64>],
 }
 
 /// The standard deviation of the noise in a channel. `quiet` is looked at where the command repeats or rests: the measured
@@ -180,7 +182,7 @@ pub struct NoiseRows<'a> {
 /// - Where the command repeats itself exactly, from the differences between the repeats: what the valve does, modelled
 ///   or not, cancels. A disturbance that does not repeat counts as noise.
 /// - Otherwise from what remains about a line where the command rests; about several, where a long rest drifts. Not where that
-///   swings.
+///   swings, nor where another channel shows the same: that is a motion.
 /// - Otherwise from first and second differences of the residual, as if its fast part were noise that a first-order
 ///   filter coloured; no more than all of the residual.
 /// - Never less than the rounding of values and times causes, nor what a reading moves while it is held. Where that is more
@@ -192,7 +194,11 @@ pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
         command,
         measured,
         residual,
+        beside,
     } = rows;
+    let moves = beside
+        .iter()
+        .any(|other| quiet::moves_together(starts, command, measured, other));
     let simulated: Vec<f64> = measured.iter().zip(residual).map(|(y, e)| y - e).collect();
     let resolution = Resolution::new(starts, time, measured, &simulated);
     let all = Columns {
@@ -203,10 +209,10 @@ pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
         residual: residual.to_vec(),
     };
     let (mut sources, swing) = match resolution.held {
-        1 => measured_sources(&[all]),
+        1 => measured_sources(&[all], moves),
         _ => {
             let readings = all.only(&resolution.readings(starts, measured));
-            let (mut found, swing) = measured_sources(&[readings, all]);
+            let (mut found, swing) = measured_sources(&[readings, all], moves);
             // The rows between two readings are off by what has moved since.
             for source in &mut found {
                 source.value = source.value.hypot(resolution.moving());
@@ -274,8 +280,8 @@ impl Columns {
 }
 
 /// What is measured of the noise, the surest source first, each in the first of `columns` that have enough rows for it; and what
-/// swings in rests, which are then no source.
-fn measured_sources(columns: &[Columns]) -> (Vec<Source>, Option<Swing>) {
+/// swings in rests, which are then no source; neither are they where the valve `moves` in them.
+fn measured_sources(columns: &[Columns], moves: bool) -> (Vec<Source>, Option<Swing>) {
     let repeated = |c: &Columns| repeats::variance(&c.starts, &c.command, &c.quiet);
     let resting = |c: &Columns| quiet::rests(&c.starts, &c.command, &c.quiet, &c.residual);
     let fast = |c: &Columns| differences::variance(&c.starts, &c.residual);
@@ -290,7 +296,7 @@ fn measured_sources(columns: &[Columns]) -> (Vec<Source>, Option<Swing>) {
         .and_then(|((rests, interval), (variance, _))| {
             swing::of(rests, variance.sqrt(), *interval)
         });
-    let quiet = rests.filter(|_| swing.is_none());
+    let quiet = rests.filter(|_| swing.is_none() && !moves);
     let found = [
         (repeated, NoiseMethod::RepeatedCommand),
         (

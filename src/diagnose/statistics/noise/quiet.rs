@@ -21,6 +21,8 @@ const UNSETTLED: f64 = 3.0;
 const DRIFTS: f64 = 1.3;
 /// Fewest rows of such a part: what is faster is no drift.
 const PART: usize = 200;
+/// Two channels show one motion if what is left of them in rests has at least this correlation: most of each is in the other.
+const TOGETHER: f64 = 0.8;
 
 /// What is left in the rests of the command, each about a line, or about several where it drifts; `None` where too few rows rest.
 pub(super) fn rests(
@@ -29,38 +31,66 @@ pub(super) fn rests(
     measured: &[f64],
     residual: &[f64],
 ) -> Option<Vec<Vec<f64>>> {
-    let reach = range(command);
     STILL.iter().find_map(|still| {
         let mut quiet: Vec<Vec<f64>> = Vec::new();
-        for (start, record) in starts.iter().zip(stretches(command, starts)) {
-            let (share, least, most) = REST;
-            let shortest = (record.len() / share).clamp(least, most);
-            for rest in resting(record, still * reach) {
-                if rest.len() < shortest {
-                    continue;
-                }
-                let quarters = record[rest.clone()].chunks_exact(rest.len() / 4).map(mean);
-                if range(&quarters.collect::<Vec<f64>>()) > MOVEMENT * reach {
-                    continue;
-                }
-                let settled = start + rest.start + rest.len() / SETTLING..start + rest.end;
-                // A right simulation takes most of the settling out of the residual; a wrong one adds to it.
-                let ends = [measured, residual]
-                    .into_iter()
-                    .filter_map(|values| settled_end(&values[settled.clone()], least));
-                let left = ends.map(without_drift);
-                quiet.extend(
-                    left.min_by(|a, b| {
-                        mean_square(&a.concat()).total_cmp(&mean_square(&b.concat()))
-                    })
+        for settled in settled_rests(starts, command, *still) {
+            // A right simulation takes most of the settling out of the residual; a wrong one adds to it.
+            let ends = [measured, residual]
+                .into_iter()
+                .filter_map(|values| settled_end(&values[settled.clone()], REST.1));
+            let left = ends.map(without_drift);
+            quiet.extend(
+                left.min_by(|a, b| mean_square(&a.concat()).total_cmp(&mean_square(&b.concat())))
                     .into_iter()
                     .flatten(),
-                );
-            }
+            );
         }
         let rows: usize = quiet.iter().map(Vec::len).sum();
         (rows >= FEWEST).then_some(quiet)
     })
+}
+
+/// Whether two channels show one motion where the command rests.
+pub(super) fn moves_together(
+    starts: &[usize],
+    command: &[f64],
+    one: &[f64],
+    other: &[f64],
+) -> bool {
+    let rests = STILL.iter().find_map(|still| {
+        let rests = settled_rests(starts, command, *still);
+        (rests.iter().map(ExactSizeIterator::len).sum::<usize>() >= FEWEST).then_some(rests)
+    });
+    let of = |values: &[f64]| -> Vec<f64> {
+        let rests = rests.iter().flatten();
+        rests
+            .flat_map(|rest| detrended(&values[rest.clone()]))
+            .collect()
+    };
+    let (one, other) = (of(one), of(other));
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let alike = product(&one, &other);
+    alike * alike > TOGETHER.powi(2) * product(&one, &one) * product(&other, &other)
+}
+
+/// The rests of the command that are long enough, each without the share in which the valve settles.
+fn settled_rests(starts: &[usize], command: &[f64], still: f64) -> Vec<Range<usize>> {
+    let reach = range(command);
+    let mut settled = Vec::new();
+    for (start, record) in starts.iter().zip(stretches(command, starts)) {
+        let (share, least, most) = REST;
+        let shortest = (record.len() / share).clamp(least, most);
+        for rest in resting(record, still * reach) {
+            if rest.len() < shortest {
+                continue;
+            }
+            let quarters = record[rest.clone()].chunks_exact(rest.len() / 4).map(mean);
+            if range(&quarters.collect::<Vec<f64>>()) <= MOVEMENT * reach {
+                settled.push(start + rest.start + rest.len() / SETTLING..start + rest.end);
+            }
+        }
+    }
+    settled
 }
 
 /// The variance in such rests, the middle one, each counted by its rows; and how many independent rows show it.

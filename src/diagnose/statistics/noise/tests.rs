@@ -16,6 +16,7 @@ fn floor(starts: &[usize], command: &[f64], measured: &[f64], residual: &[f64]) 
         command,
         measured,
         residual,
+        beside: &[],
     };
     noise_floor(rows, measured)
 }
@@ -322,6 +323,7 @@ fn rounded_times_cost_what_the_signal_moves_in_them() {
             command: &signal,
             measured: &measured,
             residual: &minus(&measured, &signal),
+            beside: &[],
         };
         let found = noise_floor(rows, &measured);
         let slope = 9.0 * 0.0031 * 300.0 / 2f64.sqrt();
@@ -453,4 +455,41 @@ fn what_swings_at_rest_is_no_noise() {
         let found = floor(&[0], &command, &measured, &residual(&measured));
         assert_eq!((found.swing, found.method), (None, QuietStretches));
     }
+}
+
+/// A spool that slips now and then where its command rests, and its flow with it: no noise, however the channels are scaled; what
+/// one of them alone shows, such as noise that a filter coloured, is.
+#[test]
+fn what_two_channels_show_at_rest_is_a_motion() {
+    let command: Vec<f64> = (0..8000)
+        .map(|k| ((k / 400) as f64 * 1.7).sin() * 5.0)
+        .collect();
+    let slips = filtered(&white(8000, 3), 2.0);
+    let channel = |scale: f64, slips: &[f64], seed: u64| -> Vec<f64> {
+        let noise = white(8000, seed);
+        (0..8000)
+            .map(|k| scale * (command[k] + 0.2 * slips[k] + 0.02 * noise[k]))
+            .collect()
+    };
+    let spool = channel(1.0, &slips, 5);
+    let floor = |other: &[f64]| {
+        let time: Vec<f64> = (0..8000).map(|k| k as f64 * 1e-3).collect();
+        let rows = NoiseRows {
+            starts: &[0],
+            time: &time,
+            command: &command,
+            measured: &spool,
+            residual: &minus(&spool, &command),
+            beside: &[other.to_vec()],
+        };
+        noise_floor(rows, &spool)
+    };
+    let moving = floor(&channel(-7.0, &slips, 6));
+    assert_eq!(moving.method, Differences, "{moving:?}");
+    let coloured = floor(&channel(-7.0, &filtered(&white(8000, 4), 2.0), 6));
+    assert_eq!(coloured.method, QuietStretches, "{coloured:?}");
+    assert!(
+        moving.value < 0.5 * coloured.value,
+        "{moving:?} {coloured:?}"
+    );
 }

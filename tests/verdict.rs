@@ -256,6 +256,18 @@ fn a_form_is_told_from_what_comes_near_it() {
             &[("choked_up", 60.0)],
         ),
         (
+            "supply_droop~limited=0.03:lag=0.1:pump=25",
+            "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
+            ("supply_droop", "limited"),
+            &[("pump_flow", 25.0)],
+        ),
+        (
+            "dc_gain~heating=0.9:time=0.8",
+            "dc_gain,flow_force,feedback_curvature,null_bias",
+            ("dc_gain", "heating"),
+            &[("coil_heating", 4.0 / 0.9 - 4.0), ("coil_time", 0.8)],
+        ),
+        (
             "dc_gain~creeping=0.95:time=0.4",
             "dc_gain,integral_action,null_bias,hysteresis",
             ("dc_gain", "creeping"),

@@ -149,10 +149,7 @@ impl Fitted {
                 .filter(|other| **other != output)
                 .map(|&other| (other, Compared::measuring(&all, other)))
                 .filter(|(_, compared)| KnownRows::new(compared).time == known.time)
-                .map(|(other, compared)| {
-                    let rows = compared.iter().flat_map(|compared| compared.rows(other));
-                    rows.map(|row| row.1).collect()
-                })
+                .map(|(other, compared)| self::residual(&compared, other))
                 .collect();
             let rows = NoiseRows {
                 starts: &known.starts,

@@ -112,7 +112,15 @@ impl Open {
         };
         match kind {
             Kind::Leakage => extra("width", 1.5, 8.0),
-            Kind::SupplyDroop => extra("lag", 0.01, 0.06),
+            Kind::SupplyDroop => {
+                extra("lag", 0.01, 0.06);
+                if form == Form::Limited {
+                    extra("pump", 0.4 * valve.rated_flow, 0.8 * valve.rated_flow);
+                }
+            }
+            Kind::DcGain if form == Form::Heating => {
+                extra("time", 0.05 * setup.seconds, 0.5 * setup.seconds)
+            }
             Kind::LineResonance => {
                 extra("damping", 0.05, 0.3);
                 if form == Form::Share {
@@ -159,6 +167,7 @@ impl Open {
         let dial = match kind {
             Kind::Delay => Dial::rising(0.002, 0.08),
             Kind::DeadBand => Dial::rising(0.2, 2.5),
+            Kind::DcGain if form == Form::Heating => Dial::limit(0.995, 0.96, 0.7),
             Kind::DcGain => Dial::rising(0.03, 0.4).signed(rng).from(1.0),
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),

@@ -4,6 +4,7 @@
 use super::filter::{Lag, runge_kutta};
 use super::planted::{Form, Kind, Planted, find, value};
 use super::sensor::Line;
+use super::valve::FULL_SCALE;
 use rand_chacha::ChaCha8Rng;
 
 /// The path of the command.
@@ -14,6 +15,8 @@ pub(super) struct Electronics {
     dc_gain: f64,
     /// What of the command comes late, and its lag.
     creep: Option<(f64, Lag)>,
+    /// What a command of half of full scale adds to the coil's resistance in the end, and how warm it is.
+    heating: Option<(f64, Lag)>,
     null_bias: f64,
     pade: Option<Pade>,
     ramp: Option<Ramp>,
@@ -45,6 +48,8 @@ impl Electronics {
                 lag.rest(command);
                 (1.0 - p.value, lag)
             }),
+            heating: find(planted, Kind::DcGain, Form::Heating)
+                .map(|p| (1.0 / p.value - 1.0, Lag::new(p.key("time").unwrap_or(1.0)))),
             null_bias,
             lags,
             pade: find(planted, Kind::Delay, Form::Pade).map(|p| Pade::new(p.value, command)),
@@ -79,6 +84,15 @@ impl Electronics {
                 lag.jump(entering[0]);
                 let late = [lag.value, lag.advance(entering[1], h)];
                 [0, 1].map(|k| entering[k] - *share * (entering[k] - late[k]))
+            }
+            None => entering,
+        };
+        let entering = match &mut self.heating {
+            Some((most, lag)) => {
+                let heat = entering.map(|u| *most * (2.0 * u / FULL_SCALE).powi(2));
+                lag.jump(heat[0]);
+                let warm = [lag.value, lag.advance(heat[1], h)];
+                [0, 1].map(|k| entering[k] / (1.0 + warm[k]))
             }
             None => entering,
         };

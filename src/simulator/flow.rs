@@ -49,15 +49,65 @@ impl Seen {
     }
 }
 
+/// A supply that gives way.
+struct Droop {
+    /// bar/(L/min).
+    resistance: f64,
+    /// Whether that grows with the flow: to the other at the rated one.
+    turbulent: bool,
+    /// |Q| as the supply feels it.
+    felt: Lag,
+    /// s.
+    lag: f64,
+    /// What its pump delivers at most, L/min: of more that is drawn the rest comes out of its volume.
+    pump: f64,
+}
+
+impl Droop {
+    fn planted(planted: &[Planted]) -> Option<Self> {
+        let forms = [Form::Usual, Form::Turbulent, Form::Limited];
+        let found = forms
+            .into_iter()
+            .find_map(|form| find(planted, Kind::SupplyDroop, form));
+        found.map(|p| {
+            let lag = p.key("lag").unwrap_or(1.0);
+            Self {
+                resistance: p.value,
+                turbulent: p.form == Form::Turbulent,
+                felt: Lag::new(lag),
+                lag,
+                pump: p.key("pump").unwrap_or(f64::INFINITY),
+            }
+        })
+    }
+
+    /// Moves on by `h` s, in which `drawn` L/min are.
+    fn advance(&mut self, drawn: f64, h: f64) {
+        if self.felt.value <= self.pump {
+            self.felt.advance(drawn, h);
+        } else {
+            self.felt.value += h * (drawn - self.pump) / self.lag;
+            self.felt.jump(drawn);
+        }
+    }
+
+    /// The pressure drop as a multiple of the rated one: p = p0 − R · |Q|, or R · Q² / Q_rated where that is turbulent.
+    fn left(&self, rated: f64) -> f64 {
+        let more = match self.turbulent {
+            true => self.felt.value / rated,
+            false => 1.0,
+        };
+        (1.0 - self.resistance * self.felt.value * more / RATED_DROP).max(0.0)
+    }
+}
+
 /// The flow where the meter is, L/min.
 pub(super) struct Flow {
     rated: f64,
     opening: Opening,
     meter: Meter,
     leak: Option<Leak>,
-    /// bar/(L/min), and |Q| as the supply feels it.
-    droop: Option<(f64, Lag)>,
-    turbulent: bool,
+    droop: Option<Droop>,
     fill: Option<Lag>,
     line: Option<PolePair>,
     /// How much of the flow passes through the line.
@@ -227,17 +277,14 @@ impl Flow {
         position: f64,
     ) -> Self {
         let usual = |kind| find(planted, kind, Form::Usual);
-        let turbulent = find(planted, Kind::SupplyDroop, Form::Turbulent);
         let side_line = find(planted, Kind::LineResonance, Form::Share);
         let line = |p: &Planted| PolePair::new(p.value, p.key("damping").unwrap_or(1.0));
-        let droop = |p: &Planted| (p.value, Lag::new(p.key("lag").unwrap_or(1.0)));
         let mut flow = Self {
             rated: valve.rated_flow,
             opening: Opening::planted(planted),
             meter,
             leak: Leak::planted(planted),
-            droop: usual(Kind::SupplyDroop).or(turbulent).map(droop),
-            turbulent: turbulent.is_some(),
+            droop: Droop::planted(planted),
             fill: usual(Kind::Compressibility).map(|p| Lag::new(p.value)),
             line: usual(Kind::LineResonance).or(side_line).map(line),
             line_share: side_line.map_or(1.0, |p| p.key("share").unwrap_or(1.0)),
@@ -249,8 +296,8 @@ impl Flow {
             value: 0.0,
         };
         let valve = flow.through_valve(position);
-        if let Some((_, felt)) = &mut flow.droop {
-            felt.rest(valve.abs());
+        if let Some(droop) = &mut flow.droop {
+            droop.felt.rest(valve.abs());
         }
         if let Some(fill) = &mut flow.fill {
             fill.rest(valve);
@@ -262,20 +309,11 @@ impl Flow {
         flow
     }
 
-    /// The pressure drop as a multiple of the rated one: p = p0 − R · |Q|, or R · Q² / Q_rated where that is
-    /// turbulent, |Q| lagged.
+    /// The pressure drop as a multiple of the rated one.
     pub(super) fn drop(&self) -> f64 {
-        match &self.droop {
-            Some((resistance, felt)) => {
-                // A turbulent loss is as large as the other at the rated flow.
-                let more = match self.turbulent {
-                    true => felt.value / self.rated,
-                    false => 1.0,
-                };
-                (1.0 - resistance * felt.value * more / RATED_DROP).max(0.0)
-            }
-            None => 1.0,
-        }
+        self.droop
+            .as_ref()
+            .map_or(1.0, |droop| droop.left(self.rated))
     }
 
     /// Moves on by `h` s to `time`, when the spool is seen at `position` V.
@@ -283,8 +321,8 @@ impl Flow {
         let mut flow = self.through_valve(position)
             * outsider::pump_ripple(self.ripple, time)
             * outsider::supply_hunting(self.hunting, time);
-        if let Some((_, felt)) = &mut self.droop {
-            felt.advance(flow.abs(), h);
+        if let Some(droop) = &mut self.droop {
+            droop.advance(flow.abs(), h);
         }
         if let Some(fill) = &mut self.fill {
             flow = fill.advance(flow, h);

@@ -14,7 +14,7 @@ pub enum Kind {
     Delay,
     /// What of the command is within ±d does nothing: u − max(−d, min(u, d)). \[V\]
     DeadBand,
-    /// The loop is asked for a share g of its command: g u. \[1\]
+    /// The loop is asked for a share g of its command: g u; of one that heats its coil, that at half of full scale in the end. \[1\]
     DcGain,
     /// The command is off by u0: u + u0; as it warms up, by u0 (1 − e^(−t/τ)). \[V\]
     NullBias,
@@ -145,7 +145,7 @@ pub enum Form {
     Tracking,
     /// An integral that stands still while its controller's output is limited.
     Clamping,
-    /// An integral that grows as far as a limit.
+    /// An integral that grows as far as a limit; a pump that delivers as much as its own.
     Limited,
     /// A share of the command that the loop goes to at once; the rest comes through a lag.
     Creeping,
@@ -153,6 +153,8 @@ pub enum Form {
     Ramps,
     /// A limit that either side nears gradually.
     Choked,
+    /// A command whose coil it heats.
+    Heating,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -200,6 +202,7 @@ impl Form {
             Self::Limited => "limited",
             Self::Creeping => "creeping",
             Self::Ramps => "ramps",
+            Self::Heating => "heating",
             Self::Choked => "choked",
         }
     }
@@ -274,7 +277,7 @@ impl Kind {
             Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2,
                 &[Form::Compensated], &[("start", 0.06, &[Form::Compensated])]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96,
-                &[Form::Creeping], &[("time", 0.5, &[Form::Creeping])]),
+                &[Form::Creeping, Form::Heating], &[("time", 0.5, &[Form::Creeping, Form::Heating])]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
                 &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
@@ -295,7 +298,7 @@ impl Kind {
                 &[
                     ("bend", 0.8, &[Form::Rounded, Form::Pilot, Form::Uneven]),
                     ("negative", 1e5, &[Form::Sides, Form::Uneven]),
-                    ("closing", 1e5, &[Form::Ramps]),
+                    ("closing", 600.0, &[Form::Ramps]),
                 ]),
             Self::Friction => entry("friction", "V", "spool", (0.0, 5.0), 0.1,
                 &[Form::Dahl, Form::Lugre, Form::Windup], &[
@@ -326,7 +329,11 @@ impl Kind {
                 &[Form::Choked], &[("negative", 1000.0, &[Form::Choked])]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
-                &[Form::Turbulent], &[("lag", 0.02, &[Form::Usual, Form::Turbulent])]),
+                &[Form::Turbulent, Form::Limited],
+                &[
+                    ("lag", 0.02, &[Form::Usual, Form::Turbulent, Form::Limited]),
+                    ("pump", 30.0, &[Form::Limited]),
+                ]),
             Self::Compressibility => entry("compressibility", "s", "flow", (0.0, 1.0), 0.004, &[], &[]),
             Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0,
                 &[Form::Share],

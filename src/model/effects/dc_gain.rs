@@ -128,6 +128,94 @@ impl<R: Real> Act<R> for DcGainCreeping<R> {
     }
 }
 
+pub(super) const HEATING: Entry = Entry {
+    name: "dc_gain~heating",
+    summary: "The coil's resistance rises as the command heats it, and what the command moves falls",
+    finding: "at full scale the coil's resistance comes to rise by {coil_heating}, with a time constant of {coil_time}",
+    equation: "sat(u/(1 + w) - x, S), coil_time dw/dt + w = coil_heating (u/coil_span)^2",
+    shows: "a spool that stays the shorter of its command the longer that is large, on both sides",
+    confused: "dc_gain, which does not change; dc_gain~creeping, which goes the other way at small commands, too; viscosity_drift",
+    source: "resistance of copper, 0.39 % a kelvin, of a coil that a voltage drives; first-order heating of a body",
+    parameters: |scale, _| {
+        let slowest = scale.length.max(100.0 * scale.interval);
+        let span = (scale.command, &scale.command_unit);
+        vec![
+            Parameter::linear("coil_heating", "1", 0.0, 0.0, 2.0),
+            Parameter::log(
+                "coil_time",
+                "s",
+                0.01 * slowest,
+                0.2 * slowest,
+                4.0 * slowest,
+            ),
+            Parameter::linear("coil_span", span.1, 0.0, span.0, span.0).fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        [(0.1, 0.1), (0.5, 0.1), (0.2, 0.5)]
+            .map(|(heating, share)| vec![heating, share * scale.length.max(100.0 * scale.interval)])
+            .to_vec()
+    },
+    states: &["warmth_of_coil"],
+    applies: host::moves_a_spool,
+    ..ENTRY
+};
+
+/// The command heats its coil.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct DcGainHeating<R> {
+    heating: R,
+    time_constant: R,
+    span: R,
+}
+
+impl<R: Real> DcGainHeating<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            heating: next(),
+            time_constant: next(),
+            span: next(),
+        }
+    }
+
+    /// What a command would heat the coil to.
+    #[inline(always)]
+    fn heated(&self, command: R) -> R {
+        let share = command / self.span;
+        self.heating * share * share
+    }
+
+    /// How warm it is: `own` is that when the step began.
+    #[inline(always)]
+    fn warmth(&self, own: &[R], command: R, stage: &Stage<R>) -> R {
+        let [before, after] = [stage.command, command].map(|command| self.heated(command));
+        lagged(own[0], before, after, self.time_constant, stage.since)
+    }
+}
+
+impl<R: Real> Act<R> for DcGainHeating<R> {
+    fn acts_on_the_reference(&self) -> bool {
+        true
+    }
+
+    /// Cold where a record begins.
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], _command: R) {
+        own[0] = R::constant(0.0);
+    }
+
+    #[inline(always)]
+    fn reference(&self, own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
+        command / (R::constant(1.0) + self.warmth(own, command, stage))
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], command: R, _spool: R, stage: &Stage<R>) {
+        own[0] = self.warmth(own, command, stage);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,6 +245,23 @@ mod tests {
             (after - (5.0 - 0.5 * (-1f64).exp())).abs() < 1e-5,
             "{after}"
         );
+    }
+
+    #[test]
+    fn a_warm_coil_moves_less() {
+        let mut values = [0.5, 2.0, 10.0].into_iter();
+        let effect: DcGainHeating<f64> = DcGainHeating::new(|| values.next().unwrap());
+        let mut own = [7.0];
+        effect.settled(&mut own, 5.0);
+        let stage = |since| Stage {
+            since,
+            ..Stage::first(5.0, 0.0)
+        };
+        assert!((effect.reference(&own, 5.0, 0.0, &stage(0.0)) - 5.0).abs() < 1e-9);
+        effect.remember(&mut own, 5.0, 0.0, &stage(2.0));
+        let warm = 0.125 * (1.0 - (-1f64).exp());
+        let after = effect.reference(&own, 5.0, 0.0, &stage(0.0));
+        assert!((after - 5.0 / (1.0 + warm)).abs() < 1e-5, "{after}");
     }
 
     #[test]

@@ -261,6 +261,8 @@ catalogue! {
     dc_gain::DcGainCreeping = CREEPING,
     slew_limit::SlewLimitOfRamps = RAMPS,
     flow_saturation::FlowSaturationChoked = CHOKED,
+    supply_droop::SupplyDroopLimited = LIMITED,
+    dc_gain::DcGainHeating = HEATING,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -570,20 +570,21 @@ impl<R: Real> Act<R> for SlewLimitOfRamps<R> {
         let to_zero = (self.closing * own[0].abs() / self.span).min(stage.since);
         let first = falls.if_positive(to_zero, stage.since);
         let passed = stage.command + change * (first / stage.since.max(R::constant(1e-12)));
-        let later = |from: R, to: R| self.time(half * (from + to), change);
+        let met_before = self.time(half * (stage.command + passed), change);
+        let met_later = self.time(half * (passed + command), change);
         let at_zero = ramped(
             own[0],
             [stage.command, passed],
             first,
             self.span,
-            [self.time(own[0], heading), later(stage.command, passed)],
+            [self.time(own[0], heading), met_before],
         );
         ramped(
             at_zero,
             [passed, command],
             stage.since - first,
             self.span,
-            [self.opening, later(passed, command)],
+            [self.opening, met_later],
         )
     }
 

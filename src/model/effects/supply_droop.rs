@@ -153,6 +153,75 @@ impl<R: Real> Act<R> for SupplyDroopTurbulent<R> {
     }
 }
 
+pub(super) const LIMITED: Entry = Entry {
+    name: "supply_droop~limited",
+    summary: "The supply pressure falls with the flow that is drawn, and on and on while that is more than the pump delivers",
+    finding: "the supply pressure falls by {supply_droop_limited} of flow that is drawn, and on while more than {pump_flow} is",
+    equation: "p = p0 - supply_droop_limited q, supply_lag_limited dq/dt = |Q| - min(q, pump_flow)",
+    shows: "flow that fades during long strokes of large openings, and comes back after them as if it were pumped up again",
+    confused: "supply_droop, which comes to rest; flow_saturation, which is there at once",
+    source: "a pump that delivers all it can into an accumulator: Merritt, Hydraulic Control Systems, 1967; pressure-compensated pumps",
+    parameters: |scale, _| {
+        let flow = scale.outputs[Output::Flow];
+        let most = 2.0 * scale.rated_drop / flow;
+        vec![
+            Parameter::linear("supply_droop_limited", "bar/(L/min)", 0.0, 0.0, most),
+            lag("supply_lag_limited", scale),
+            Parameter::log("pump_flow", "L/min", 0.05 * flow, 3.0 * flow, 3.0 * flow),
+        ]
+    },
+    trials: |scale, _| {
+        let flow = scale.outputs[Output::Flow];
+        [
+            (0.1, 20.0, 0.7),
+            (0.1, 100.0, 0.5),
+            (0.4, 100.0, 0.7),
+            (0.4, 400.0, 0.5),
+        ]
+        .map(|(share, rows, pump)| {
+            let droop = share * scale.rated_drop / flow;
+            vec![droop, rows * scale.interval, pump * flow]
+        })
+        .to_vec()
+    },
+    states: &["drawn_from_pump"],
+    ..ENTRY
+};
+
+/// The supply pressure falls on while more is drawn than its pump delivers.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SupplyDroopLimited<R> {
+    felt: SupplyDroop<R>,
+    pump: R,
+}
+
+impl<R: Real> SupplyDroopLimited<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            felt: SupplyDroop::new(&mut next),
+            pump: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SupplyDroopLimited<R> {
+    #[inline(always)]
+    fn supply(&self, own: &[R], supply: R) -> R {
+        self.felt.supply(own, supply)
+    }
+
+    #[inline(always)]
+    fn drawn(&self, own: &[R], flow: R, slope: &mut [R]) {
+        slope[0] = (flow.abs() - own[0].min(self.pump)) / self.felt.lag;
+    }
+
+    #[inline(always)]
+    fn settled_supply(&self, own: &mut [R], flow: R) {
+        self.felt.settled_supply(own, flow);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,6 +234,21 @@ mod tests {
         assert_eq!(effect.supply(&[40.0], 10.0), 6.0);
         assert_eq!(effect.supply(&[20.0], 10.0), 9.0);
         assert_eq!(effect.supply(&[400.0], 10.0), 0.1);
+    }
+
+    #[test]
+    fn beyond_what_its_pump_delivers_the_supply_falls_on() {
+        let mut values = [0.05, 0.02, 30.0].into_iter();
+        let effect: SupplyDroopLimited<f64> = SupplyDroopLimited::new(|| values.next().unwrap());
+        let rate = |felt: f64, flow: f64| {
+            let mut slope = [0.0];
+            effect.drawn(&[felt], flow, &mut slope);
+            slope[0]
+        };
+        assert_eq!(rate(20.0, -20.0), 0.0);
+        assert!((rate(80.0, 40.0) - 500.0).abs() < 1e-9);
+        assert!((rate(80.0, 10.0) + 1000.0).abs() < 1e-9);
+        assert_eq!(effect.supply(&[40.0], 10.0), 8.0);
     }
 
     #[test]

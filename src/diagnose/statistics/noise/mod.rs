@@ -172,7 +172,7 @@ pub struct NoiseRows<'a> {
     pub measured: &'a [f64],
     /// Measured less simulated.
     pub residual: &'a [f64],
-    /// What other channels measure in the same rows.
+    /// What is left of other channels in the same rows.
     pub beside: &'a [Vec<f64>],
 }
 
@@ -182,7 +182,7 @@ pub struct NoiseRows<'a> {
 /// - Where the command repeats itself exactly, from the differences between the repeats: what the valve does, modelled
 ///   or not, cancels. A disturbance that does not repeat counts as noise.
 /// - Otherwise from what remains about a line where the command rests; about several, where a long rest drifts. Not where that
-///   swings, nor where another channel shows the same: that is a motion.
+///   swings, nor where it is larger than the fast part and another channel shows the same: that is a motion.
 /// - Otherwise from first and second differences of the residual, as if its fast part were noise that a first-order
 ///   filter coloured; no more than all of the residual.
 /// - Never less than the rounding of values and times causes, nor what a reading moves while it is held. Where that is more
@@ -198,7 +198,7 @@ pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
     } = rows;
     let moves = beside
         .iter()
-        .any(|other| quiet::moves_together(starts, command, measured, other));
+        .any(|other| quiet::moves_together(starts, command, residual, other));
     let simulated: Vec<f64> = measured.iter().zip(residual).map(|(y, e)| y - e).collect();
     let resolution = Resolution::new(starts, time, measured, &simulated);
     let all = Columns {
@@ -296,13 +296,15 @@ fn measured_sources(columns: &[Columns], moves: bool) -> (Vec<Source>, Option<Sw
         .and_then(|((rests, interval), (variance, _))| {
             swing::of(rests, variance.sqrt(), *interval)
         });
-    let quiet = rests.filter(|_| swing.is_none() && !moves);
+    let quiet = rests.map(|(rests, _)| quiet::variance(&rests));
+    let larger = |quiet: f64| {
+        let margin = NoiseMethod::QuietStretches.margin().powi(2);
+        fast.is_none_or(|(fast, _)| quiet > margin * fast)
+    };
+    let quiet = quiet.filter(|(quiet, _)| swing.is_none() && !(moves && larger(*quiet)));
     let found = [
         (repeated, NoiseMethod::RepeatedCommand),
-        (
-            quiet.map(|(rests, _)| quiet::variance(&rests)),
-            NoiseMethod::QuietStretches,
-        ),
+        (quiet, NoiseMethod::QuietStretches),
         (fast, NoiseMethod::Differences),
     ];
     let source = |(found, method): (Option<(f64, f64)>, NoiseMethod)| {

@@ -50,7 +50,7 @@ pub(super) fn rests(
     })
 }
 
-/// Whether two channels show one motion where the command rests.
+/// Whether two channels show one motion where the command rests and both have settled.
 pub(super) fn moves_together(
     starts: &[usize],
     command: &[f64],
@@ -61,14 +61,23 @@ pub(super) fn moves_together(
         let rests = settled_rests(starts, command, *still);
         (rests.iter().map(ExactSizeIterator::len).sum::<usize>() >= FEWEST).then_some(rests)
     });
+    let settled = |rest: Range<usize>| {
+        let [of_one, of_other] =
+            [one, other].map(|values| settled_end(&values[rest.clone()], REST.1));
+        Some(rest.end - of_one?.len().min(of_other?.len())..rest.end)
+    };
+    let rests: Vec<Range<usize>> = rests.into_iter().flatten().filter_map(settled).collect();
     let of = |values: &[f64]| -> Vec<f64> {
-        let rests = rests.iter().flatten();
+        let rests = rests.iter();
         rests
             .flat_map(|rest| detrended(&values[rest.clone()]))
             .collect()
     };
     let (one, other) = (of(one), of(other));
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    if one.len() < FEWEST {
+        return false;
+    }
     let alike = product(&one, &other);
     alike * alike > TOGETHER.powi(2) * product(&one, &one) * product(&other, &other)
 }

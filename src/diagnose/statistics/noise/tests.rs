@@ -457,7 +457,7 @@ fn what_swings_at_rest_is_no_noise() {
     }
 }
 
-/// A spool that slips now and then where its command rests, and its flow with it: no noise, however the channels are scaled; what
+/// A spool that slips now and then where its command rests, and its flow with it: no noise; what
 /// one of them alone shows, such as noise that a filter coloured, is.
 #[test]
 fn what_two_channels_show_at_rest_is_a_motion() {
@@ -465,28 +465,38 @@ fn what_two_channels_show_at_rest_is_a_motion() {
         .map(|k| ((k / 400) as f64 * 1.7).sin() * 5.0)
         .collect();
     let slips = filtered(&white(8000, 3), 2.0);
-    let channel = |scale: f64, slips: &[f64], seed: u64| -> Vec<f64> {
+    let channel = |slips: &[f64], seed: u64| -> Vec<f64> {
         let noise = white(8000, seed);
         (0..8000)
-            .map(|k| scale * (command[k] + 0.2 * slips[k] + 0.02 * noise[k]))
+            .map(|k| command[k] + 0.2 * slips[k] + 0.02 * noise[k])
             .collect()
     };
-    let spool = channel(1.0, &slips, 5);
-    let floor = |other: &[f64]| {
-        let time: Vec<f64> = (0..8000).map(|k| k as f64 * 1e-3).collect();
+    let spool = channel(&slips, 5);
+    let time: Vec<f64> = (0..8000).map(|k| k as f64 * 1e-3).collect();
+    let floor_of = |one: &[f64], other: &[f64]| {
         let rows = NoiseRows {
             starts: &[0],
             time: &time,
             command: &command,
-            measured: &spool,
-            residual: &minus(&spool, &command),
-            beside: &[other.to_vec()],
+            measured: one,
+            residual: &minus(one, &command),
+            beside: &[minus(other, &command)],
         };
-        noise_floor(rows, &spool)
+        noise_floor(rows, one)
     };
-    let moving = floor(&channel(-7.0, &slips, 6));
+    let floor = |other: &[f64]| floor_of(&spool, other);
+    let moving = floor(&channel(&slips, 6));
     assert_eq!(moving.method, Differences, "{moving:?}");
-    let coloured = floor(&channel(-7.0, &filtered(&white(8000, 4), 2.0), 6));
+    let settles: Vec<f64> = (0..8000)
+        .map(|k| command[k] + 3.0 * (-((k % 400) as f64) / 25.0).exp())
+        .collect();
+    let settled = |seed| -> Vec<f64> {
+        let noise = white(8000, seed);
+        (0..8000).map(|k| settles[k] + 0.02 * noise[k]).collect()
+    };
+    let quiet = floor_of(&settled(5), &settled(6));
+    assert_eq!(quiet.method, QuietStretches, "{quiet:?}");
+    let coloured = floor(&channel(&filtered(&white(8000, 4), 2.0), 6));
     assert_eq!(coloured.method, QuietStretches, "{coloured:?}");
     assert!(
         moving.value < 0.5 * coloured.value,

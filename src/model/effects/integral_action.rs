@@ -230,7 +230,7 @@ impl<R: Real> AntiWindup<R> for Tracking<R> {
     }
 }
 
-/// It stands still where it would drive the output further.
+/// It stands still while the output is limited.
 #[derive(Debug, Clone)]
 pub(in crate::model) struct Clamping;
 

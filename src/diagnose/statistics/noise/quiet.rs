@@ -75,11 +75,9 @@ pub(super) fn moves_together(
     };
     let (one, other) = (of(one), of(other));
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    if one.len() < FEWEST {
-        return false;
-    }
     let alike = product(&one, &other);
-    alike * alike > TOGETHER.powi(2) * product(&one, &one) * product(&other, &other)
+    one.len() >= FEWEST
+        && alike * alike > TOGETHER.powi(2) * product(&one, &one) * product(&other, &other)
 }
 
 /// The rests of the command that are long enough, each without the share in which the valve settles.

@@ -457,8 +457,8 @@ fn what_swings_at_rest_is_no_noise() {
     }
 }
 
-/// A spool that slips now and then where its command rests, and its flow with it: no noise; what
-/// one of them alone shows, such as noise that a filter coloured, is.
+/// A spool that slips now and then where its command rests, and its flow with it: no noise. What one of them alone shows, such as
+/// noise that a filter coloured, is; and both settle after a step without being noisier for it.
 #[test]
 fn what_two_channels_show_at_rest_is_a_motion() {
     let command: Vec<f64> = (0..8000)

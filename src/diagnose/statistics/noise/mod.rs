@@ -176,11 +176,12 @@ pub struct NoiseRows<'a> {
     pub beside: &'a [Vec<f64>],
 }
 
-/// The standard deviation of the noise in a channel. `quiet` is looked at where the command repeats or rests: the measured
-/// values, or the residual, from which a model has taken what it explains.
+/// The standard deviation of the noise in a channel. `quiet` is looked at where the command rests: the measured values, or the
+/// residual, from which a model has taken what it explains.
 ///
-/// - Where the command repeats itself exactly, from the differences between the repeats: what the valve does, modelled
-///   or not, cancels. A disturbance that does not repeat counts as noise.
+/// - Where the command repeats itself exactly, from the differences of the residual between the repeats: what the valve does,
+///   modelled or not, cancels, and what a measured pressure does that does not repeat is the model's. A disturbance that does not
+///   repeat counts as noise.
 /// - Otherwise from what remains about a line where the command rests; about several, where a long rest drifts. Not where that
 ///   swings, nor where it is larger than the fast part and another channel shows the same: that is a motion.
 /// - Otherwise from first and second differences of the residual, as if its fast part were noise that a first-order
@@ -282,7 +283,7 @@ impl Columns {
 /// What is measured of the noise, the surest source first, each in the first of `columns` that have enough rows for it; and what
 /// swings in rests, which are then no source; neither are they where the valve `moves` in them.
 fn measured_sources(columns: &[Columns], moves: bool) -> (Vec<Source>, Option<Swing>) {
-    let repeated = |c: &Columns| repeats::variance(&c.starts, &c.command, &c.quiet);
+    let repeated = |c: &Columns| repeats::variance(&c.starts, &c.command, &c.residual);
     let resting = |c: &Columns| quiet::rests(&c.starts, &c.command, &c.quiet, &c.residual);
     let fast = |c: &Columns| differences::variance(&c.starts, &c.residual);
     let repeated = columns.iter().find_map(repeated);

@@ -16,7 +16,7 @@ const FEWEST: usize = 200;
 const SETTLING: usize = 4;
 
 /// Half the variance of the differences between repeats, and how many independent rows show it.
-pub(super) fn variance(starts: &[usize], command: &[f64], measured: &[f64]) -> Option<(f64, f64)> {
+pub(super) fn variance(starts: &[usize], command: &[f64], residual: &[f64]) -> Option<(f64, f64)> {
     let unit = SAME * range(command);
     if unit == 0.0 {
         return None;
@@ -29,7 +29,7 @@ pub(super) fn variance(starts: &[usize], command: &[f64], measured: &[f64]) -> O
     let candidates = distances(&keys, &record);
     let differences = candidates
         .into_iter()
-        .map(|distance| differences_at(distance, &keys, &record, starts, measured))
+        .map(|distance| differences_at(distance, &keys, &record, starts, residual))
         .max_by_key(Vec::len)?;
     (differences.len() >= FEWEST).then(|| {
         let variance = middle_square(&differences) / 2.0;
@@ -66,7 +66,7 @@ fn differences_at(
     keys: &[i64],
     record: &[usize],
     starts: &[usize],
-    measured: &[f64],
+    residual: &[f64],
 ) -> Vec<f64> {
     let pairs = keys.len() - distance;
     let place = |k: usize| (record[k], record[k + distance]);
@@ -85,7 +85,7 @@ fn differences_at(
             // What went before differs, and must have died out.
             let settled = first + run / SETTLING..first + run;
             let change: Vec<f64> = settled
-                .map(|k| measured[k + distance] - measured[k])
+                .map(|k| residual[k + distance] - residual[k])
                 .collect();
             differences.extend(detrended(&change));
         }

@@ -127,6 +127,24 @@ fn two_records_of_one_command_are_repeats() {
 }
 
 #[test]
+fn what_another_input_does_between_repeats_is_no_noise_where_the_model_follows_it() {
+    let once = |k: usize| 6.0 * (k as f64 * 0.011).sin() + (k as f64 * 0.037).sin();
+    let command: Vec<f64> = (0..4000).map(|k| once(k % 2000)).collect();
+    let (noise, response) = (white(4000, 1), filtered(&command[..2000], 20.0));
+    // A supply that wanders drives another flow in each repeat.
+    let drive = |k: usize| 1.0 + 0.1 * (k as f64 * 0.0031).sin();
+    let rows = 0..4000;
+    let measured = rows
+        .clone()
+        .map(|k| drive(k) * response[k % 2000] + 0.03 * noise[k]);
+    let measured: Vec<f64> = measured.collect();
+    let residual: Vec<f64> = rows.map(|k| 0.03 * noise[k]).collect();
+    let found = floor(&[0, 2000], &command, &measured, &residual);
+    assert_eq!(found.method, RepeatedCommand);
+    assert!((found.value / 0.03 - 1.0).abs() < 0.05, "{}", found.value);
+}
+
+#[test]
 fn repeats_show_the_noise_whatever_the_model_misses() {
     let period = |k: usize| 6.0 * ((k % 1500) as f64 / 1500.0 * std::f64::consts::TAU).sin();
     let command: Vec<f64> = (0..500).map(|_| 0.0).chain((0..4500).map(period)).collect();

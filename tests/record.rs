@@ -951,6 +951,43 @@ fn built_in_cases_hold_the_published_numbers() {
 }
 
 #[test]
+fn a_pressure_that_drives_the_flow_is_taken_by_its_name_and_that_is_said() {
+    let text = |column: &str| {
+        format!("time [s],command [V],flow [L/min],{column},tank [bar]\n0,1,2,140,3\n1,2,3,141,3\n")
+    };
+    let record = Record::parse("a.csv", text("Supply [bar]"), &[]).unwrap();
+    let supply = record.get(Channel::SupplyPressure).unwrap();
+    assert_eq!(*supply, Series::new("bar", vec![140.0, 141.0]));
+    let tank = record.get(Channel::ReturnPressure).unwrap();
+    assert_eq!(tank.values, [3.0, 3.0]);
+    assert_eq!(record.ignored, Vec::<String>::new());
+    assert_holds(
+        &record.warnings.join(" "),
+        &["\"Supply [bar]\" is taken as supply_pressure: rename the column if it is another"],
+    );
+    // A name that says more, a unit that says otherwise, another column for it and a mapping each leave it alone.
+    for other in [
+        "pilot supply [bar]",
+        "supply [V]",
+        "supply",
+        "supply [bar],p_supply [bar]",
+    ] {
+        let text = match other.contains(',') {
+            true => text(other)
+                .replace("140,", "140,140,")
+                .replace("141,", "141,141,"),
+            false => text(other),
+        };
+        let record = Record::parse("a.csv", text, &[]).unwrap();
+        assert_eq!(record.get(Channel::SupplyPressure), None, "{other}");
+        assert_eq!(record.ignored.len(), other.split(',').count(), "{other}");
+    }
+    let maps = mappings(&["Supply=spool [mm] *0.01"]);
+    let record = Record::parse("a.csv", text("Supply [bar]"), &maps).unwrap();
+    assert_eq!(record.get(Channel::SupplyPressure), None);
+}
+
+#[test]
 fn a_measured_record_is_read() {
     let Some(path) = measured("mts_actuator_mrdamper_0A.csv") else {
         return;

@@ -2,10 +2,12 @@
 
 use super::channel::Channel;
 use super::conversion::{self, Conversion};
+use super::inspect::pressure_at_the_valve;
 use super::label::{Label, visible};
 use super::ranges::Small;
 use super::table::Table;
 use super::target::Target;
+use super::text::quoted;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
@@ -151,7 +153,7 @@ impl Sources {
                 None => absent.push(mapping),
             }
         }
-        let mut ignored = Vec::new();
+        let mut left = Vec::new();
         for (index, column) in table.columns.iter().enumerate() {
             let label = &column.label;
             let second = small.iter().any(|one| one.index == index);
@@ -162,8 +164,19 @@ impl Sources {
             match target.filter(|target| mapped.iter().all(|(_, other)| other != target)) {
                 Some(target) => take(target, index, table.unit_as(index, target)?.into())?,
                 None if label.text.is_empty() => {}
-                None => ignored.push(label.text.clone()),
+                None => left.push(index),
             }
+        }
+        let mut warnings = Vec::new();
+        let mut found = pressures(table, &left);
+        found.retain(|(_, channel)| !taken.contains_key(&Target::Channel(*channel)));
+        for (index, channel) in found {
+            let target = Target::Channel(channel);
+            taken.insert(target, (index, table.unit_as(index, target)?.into()));
+            left.retain(|other| *other != index);
+            let column = quoted(&table.columns[index].label.text);
+            let remedy = "rename the column if it is another";
+            warnings.push(format!("{column} is taken as {target}: {remedy}"));
         }
         if let Some(one) = small.iter().find(|one| !taken.contains_key(&one.target)) {
             return Err(Error::input(
@@ -175,7 +188,6 @@ impl Sources {
                 format!("add --map \"COLUMN={} [UNIT]\"", one.target),
             ));
         }
-        let mut warnings = Vec::new();
         for Mapping { column, target, .. } in &absent {
             let Some(&(index, _)) = taken.get(target) else {
                 let remedy = "let --map name one of these";
@@ -186,10 +198,11 @@ impl Sources {
                 "has no column {column:?}, as --map says; {target} is taken from {instead:?}"
             ));
         }
+        let text = |index: usize| table.columns[index].label.text.clone();
         Ok(Self {
             taken,
             small,
-            ignored,
+            ignored: left.into_iter().map(text).collect(),
             warnings,
             absent: absent
                 .iter()
@@ -197,6 +210,18 @@ impl Sources {
                 .collect(),
         })
     }
+}
+
+/// Those of the columns `left` that only one of them is by its name: the pressures that drive the flow.
+fn pressures(table: &Table, left: &[usize]) -> Vec<(usize, Channel)> {
+    let named = left.iter().filter_map(|&index| {
+        let label = &table.columns[index].label;
+        Some((index, pressure_at_the_valve(label)?))
+    });
+    let named: Vec<(usize, Channel)> = named.collect();
+    let alone = |channel| named.iter().filter(|(_, other)| *other == channel).count() == 1;
+    let found = named.iter().copied();
+    found.filter(|(_, channel)| alone(*channel)).collect()
 }
 
 /// The columns that mappings say are second meters.

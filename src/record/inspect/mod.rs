@@ -25,6 +25,7 @@ use crate::Result;
 use call::call;
 pub(super) use follow::alike;
 use inspection::Signals;
+pub(super) use names::pressure_at_the_valve;
 use propose::{Proposed, proposals};
 use std::path::Path;
 use suspicions::suspicions;

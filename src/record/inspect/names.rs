@@ -62,6 +62,23 @@ pub(super) fn meanings(label: &Label) -> Vec<Meaning> {
         .collect()
 }
 
+/// The pressure before or behind the valve that a column is by its name alone, which says nothing else, and by its unit.
+pub(in crate::record) fn pressure_at_the_valve(label: &Label) -> Option<Channel> {
+    label.unit.as_ref()?;
+    let names_it = |channel: &Channel| {
+        let target = Target::Channel(*channel);
+        let mut all = meanings(label).into_iter();
+        let Some(said) = all.find(|one| one.target == target && one.certainty >= NAMES) else {
+            return false;
+        };
+        let words = words(&label.spelt.to_lowercase());
+        let mut others = words.iter().filter(|word| **word != said.word);
+        others.all(|word| ["p", "pressure", "druck"].contains(&word.as_str()))
+    };
+    let pressures = [Channel::SupplyPressure, Channel::ReturnPressure];
+    pressures.into_iter().find(names_it)
+}
+
 /// Whether a name says that a column is no signal of the spool's loop, whatever its unit.
 pub(super) fn is_no_signal(label: &Label) -> bool {
     let words: Vec<String> = words(&label.spelt)
@@ -273,6 +290,26 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_a_name_that_says_nothing_else_is_a_pressure_at_the_valve() {
+        for (name, expected) in [
+            ("supply [bar]", Some(Channel::SupplyPressure)),
+            ("p_supply [bar]", Some(Channel::SupplyPressure)),
+            ("Pressure supply (psi)", Some(Channel::SupplyPressure)),
+            ("Versorgungsdruck [bar]", Some(Channel::SupplyPressure)),
+            ("tank [bar]", Some(Channel::ReturnPressure)),
+            ("supply", None),
+            ("supply [V]", None),
+            ("ps [bar]", None),
+            ("pilot supply [bar]", None),
+            ("supply setpoint [bar]", None),
+            ("flow [l/min]", None),
+        ] {
+            let found = pressure_at_the_valve(&Label::parse(name));
+            assert_eq!(found, expected, "{name}");
+        }
+    }
 
     #[test]
     fn names_say_what_they_are() {

@@ -340,6 +340,25 @@ fn a_simpler_form_that_leaves_something_does_not_stand_for_one_that_leaves_nothi
     assert_eq!(report["effects"][0]["form"], "uneven", "{printed}");
 }
 
+/// Zeros that are a little off and a meter that lags take little each, and were shared out among causes that bend to them.
+#[test]
+fn what_sensors_add_hides_no_cause_and_not_where_it_acts() {
+    let folder = tempfile::tempdir().unwrap();
+    let sensors = "sensor_offset.spool=0.03,sensor_offset.flow=-0.3,sensor_lag.flow=0.0005";
+    let options = ["--effect", sensors, "--noise", "0.1"];
+    let (report, printed) = identified_on(folder.path(), "friction~lugre=0.06", &options, "all");
+    let effects = report["effects"].as_array().unwrap().iter();
+    let mut names: Vec<&str> = effects.map(|one| one["name"].as_str().unwrap()).collect();
+    names.sort_unstable();
+    let planted = ["friction", "sensor_lag", "sensor_offset", "sensor_offset"];
+    assert_eq!(names, planted, "{printed}");
+    assert_eq!(report["located"]["place"], "before_spool", "{printed}");
+    // Without a name for it.
+    let (report, printed) = report_on_record(folder.path(), "delay,overlap");
+    assert_eq!(report["verdict"], "unexplained", "{printed}");
+    assert_eq!(report["located"]["place"], "before_spool", "{printed}");
+}
+
 #[test]
 fn a_cause_is_named_at_its_other_place_too_with_its_form() {
     let plan = Plan {

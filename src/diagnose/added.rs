@@ -47,8 +47,28 @@ pub struct Considered {
     pub refit: Option<Refit>,
     /// Held-out error with it, RMS in units of noise over all channels; only where it was refitted.
     pub error: Option<f64>,
+    /// Held-out error of what it was added to, where no cause had been chosen yet: the base model, and later what the sensors add.
+    pub(super) before_first: Option<f64>,
     /// Whether it was chosen, and why.
     pub decision: Decision,
+}
+
+impl Considered {
+    /// What share of what was left above the noise, squared, it explains by itself as the first cause; `None` in other rounds.
+    fn alone(&self) -> Option<f64> {
+        Some(taken(self.before_first?.powi(2), self.error?.powi(2)))
+    }
+}
+
+/// What was refitted as the first cause, with the share that each alone explains of what was left above the noise, the most first.
+pub(super) fn first_causes(considered: &[Considered]) -> Vec<(&Considered, f64)> {
+    let first = considered.iter().filter(|one| one.before_first.is_some());
+    let round = first.clone().map(|one| one.round).max();
+    let own = first.filter(|one| Some(one.round) == round);
+    let mut own: Vec<(&Considered, f64)> =
+        own.filter_map(|one| Some((one, one.alone()?))).collect();
+    own.sort_by(|a, b| b.1.total_cmp(&a.1));
+    own
 }
 
 /// Why an effect was or was not chosen.

@@ -7,6 +7,7 @@ use super::led::led;
 use super::located::Located;
 use super::preference::LEAST_OF_COST;
 use super::screen::{LEVEL, Screened, Screening};
+use super::sensors::{of_a_sensor, with_sensors};
 use super::sought::{begun, least_costly, to_the_end};
 use super::stage::Stage;
 use super::verdict::{EXPLAINED, taken};
@@ -14,7 +15,7 @@ use super::wide::widely;
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, known};
-use crate::model::{Parameter, Structure};
+use crate::model::{Output, Parameter, Structure};
 use crate::search::Method;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -46,8 +47,12 @@ pub(super) struct Attribution {
     pub(super) model: Model,
     /// The effects, in the order in which they were added.
     pub(super) added: Vec<Added>,
-    /// What the first of them may have been as well: it leads to a model that is as complete.
+    /// What the first cause may have been as well: it leads to a model that is as complete.
     as_complete: Vec<Effect>,
+    /// How many effects stand before the first cause.
+    given: usize,
+    /// What share of what is left above the noise what the sensors add takes, if it is there, and each cause after it.
+    pub(super) shares: Vec<f64>,
     /// Every effect of every round.
     pub(super) considered: Vec<Considered>,
     /// Whether something is left, and causes come closer with the other of held and interpolated.
@@ -59,6 +64,17 @@ pub(super) struct Attribution {
 type Alternatives = Vec<(Effect, Model)>;
 /// What was refitted on top of which effects.
 type Refits = HashMap<Vec<String>, Alternatives>;
+
+/// A round of a selection.
+#[derive(Debug, Clone, Copy, Default)]
+struct Round {
+    /// Its number, from 1; 0 where what was chosen is compared with its rivals.
+    round: usize,
+    /// Whether no cause was chosen yet.
+    first: bool,
+    /// How many choices may still follow, this one among them.
+    room: usize,
+}
 
 /// What the model may lack.
 pub(super) struct Allowed<'a> {
@@ -75,10 +91,10 @@ impl Allowed<'_> {
         self.asked.contains(effect)
     }
 
-    /// In the first round only what may be missing where the base model fails.
-    fn in_round(&self, round: usize, effect: &Effect) -> bool {
+    /// As the first cause only what may be missing where the base model fails.
+    fn in_round(&self, first: bool, effect: &Effect) -> bool {
         let admitted = || self.located.is_none_or(|one| one.admits(effect));
-        self.ever(effect) && (round > 1 || admitted())
+        self.ever(effect) && (!first || admitted())
     }
 }
 
@@ -93,6 +109,10 @@ pub(super) struct Selection<'a, 'b> {
     pub(super) stage: &'a mut Stage<'b>,
     /// Held-out cost of the base model above the noise.
     pub(super) excess: f64,
+    /// What the sensors add, of which several were chosen at once.
+    sensors: Vec<Effect>,
+    /// What the first cause is added to, where that is more than the base model: what the sensors add, too.
+    beneath: Option<Model>,
     refits: Refits,
     considered: Vec<Considered>,
 }
@@ -115,6 +135,8 @@ impl<'a, 'b> Selection<'a, 'b> {
             max_effects,
             stage,
             excess: base.excess(),
+            sensors: Vec::new(),
+            beneath: None,
             refits: Refits::new(),
             considered: Vec::new(),
         }
@@ -125,24 +147,29 @@ impl<'a, 'b> Selection<'a, 'b> {
         let (mut model, mut order) = self.grown(base, base.clone(), Vec::new())?;
         let mut closer_the_other_way = false;
         let mut as_complete = Vec::new();
-        let causes = self.refits.get(&names(base.structure()));
+        let beneath = self.beneath.clone();
+        let beneath = beneath.as_ref().unwrap_or(base);
+        let causes = self.refits.get(&names(beneath.structure()));
         let causes = causes.cloned().unwrap_or_default();
         if !self.evidence.is_followed_by(&model) {
             if self.stage.goes_on() {
                 closer_the_other_way =
-                    self.allowed.either_hold && come_closer(self.evidence, base, &causes);
+                    self.allowed.either_hold && come_closer(self.evidence, beneath, &causes);
             }
             if !closer_the_other_way {
-                self.begin_otherwise(base, causes, &mut model, &mut order)?;
+                self.begin_otherwise(base, beneath, causes, &mut model, &mut order)?;
             }
             self.drop_superfluous(&mut model, &mut order);
         } else {
             self.drop_superfluous(&mut model, &mut order);
-            as_complete = self.as_complete(base, causes, &model, &order)?;
+            as_complete = self.as_complete(base, beneath, causes, &model, &order)?;
         }
+        let added = self.chain(base, &model, &order);
         Ok(Attribution {
-            added: self.chain(base, &model, &order),
+            shares: self.shares(base, &model, &added),
+            added,
             as_complete,
+            given: self.given(&order).len(),
             model,
             considered: self.considered,
             closer_the_other_way,
@@ -165,17 +192,19 @@ impl<'a, 'b> Selection<'a, 'b> {
             effects.filter(|effect| !has(effect)).copied().collect()
         };
         let mut exchanges = 0;
-        let mut round = order.len();
+        let mut round = self.choices(&order);
         // Where the choices so far leave nothing that a verdict asks for, a weak effect may still be seen.
         let mut suffices = false;
-        while order.len() < self.max_effects && self.stage.goes_on() {
+        while self.choices(&order) < self.max_effects && self.stage.goes_on() {
             round += 1;
             suffices = suffices || (round > 1 && self.evidence.is_followed_by(&model));
             let room = match suffices {
                 true => 1,
-                false => self.max_effects - order.len(),
+                false => self.max_effects - self.choices(&order),
             };
-            let Some(next) = self.addition(&model, round, room)? else {
+            // The first cause is the one that must not be wrong.
+            let first = order.iter().all(|effect| self.sensors.contains(effect));
+            let Some(next) = self.addition(&model, Round { round, first, room })? else {
                 break;
             };
             let before = model.loss(Side::HoldOut);
@@ -199,35 +228,57 @@ impl<'a, 'b> Selection<'a, 'b> {
         Ok((model, order))
     }
 
+    /// How many choices led to the effects in `order`: what the sensors add came at once.
+    fn choices(&self, order: &[Effect]) -> usize {
+        let of_sensors = |effect: &&Effect| self.sensors.contains(effect);
+        let at_once = order.iter().filter(of_sensors).count();
+        order.len() - at_once.saturating_sub(1)
+    }
+
+    /// Those of the effects in `order` that the first cause was added to.
+    fn given(&self, order: &[Effect]) -> Vec<Effect> {
+        let beneath = self.beneath.iter();
+        let own: Vec<Effect> = beneath
+            .flat_map(|one| one.structure().effects.clone())
+            .collect();
+        let given = order.iter().take_while(|effect| own.contains(effect));
+        given.copied().collect()
+    }
+
     /// Where the rows did not tell which of the `causes` was to be the first effect of the `order`, the others that it was tied with
     /// begin as well: one that leads to a complete model, or surely to a better one, takes the place of `model`, which is not.
     fn begin_otherwise(
         &mut self,
         base: &Model,
+        beneath: &Model,
         mut causes: Vec<(Effect, Model)>,
         model: &mut Model,
         order: &mut Vec<Effect>,
     ) -> Result<()> {
-        let chosen = |one: &&Considered| one.round == 1 && one.decision == Decision::Chosen;
+        let given = self.given(order);
+        let round = 1 + self.choices(&given);
+        let chosen = |one: &&Considered| one.round == round && one.decision == Decision::Chosen;
         let first = self.considered.iter().find(chosen);
-        let first = first.and_then(|first| self.refitted(base, first.effect));
+        let first = first.and_then(|first| self.refitted(beneath, first.effect));
         let Some(first) = first.filter(|_| self.max_effects > 1) else {
             return Ok(());
         };
-        causes.retain(|(_, one)| self.evidence.same(&first, one) && self.worth(base, one));
+        causes.retain(|(_, one)| self.evidence.same(&first, one) && self.worth(beneath, one));
         for (effect, start) in other_beginnings(causes, order) {
             if !self.stage.goes_on() {
                 break;
             }
             let noted = self.considered.len();
-            let (other, effects) = self.grown(base, start, vec![effect])?;
+            let begun = [&given[..], &[effect]].concat();
+            let (other, effects) = self.grown(base, start, begun)?;
             if !self.evidence.is_followed_by(&other) && !self.evidence.outdoes(&other, model) {
                 self.considered.truncate(noted);
                 continue;
             }
             let later = self.considered.split_off(noted);
-            self.considered.retain(|one| one.round == 1);
-            for one in &mut self.considered {
+            self.considered.retain(|one| one.round <= round);
+            let of_first = |one: &&mut Considered| one.round == round;
+            for one in self.considered.iter_mut().filter(of_first) {
                 one.decision = match one.decision {
                     _ if one.effect == effect => Decision::Chosen,
                     Decision::Chosen => Decision::Outdone,
@@ -245,22 +296,25 @@ impl<'a, 'b> Selection<'a, 'b> {
     fn as_complete(
         &mut self,
         base: &Model,
+        beneath: &Model,
         mut causes: Vec<(Effect, Model)>,
         model: &Model,
         order: &[Effect],
     ) -> Result<Vec<Effect>> {
         let mut as_complete = Vec::new();
-        let [first, _, ..] = order else {
+        let given = self.given(order);
+        let [first, _, ..] = &order[given.len()..] else {
             return Ok(as_complete);
         };
-        let before = base.loss(Side::HoldOut);
+        let before = beneath.loss(Side::HoldOut);
         causes.retain(|(_, one)| taken(before, one.loss(Side::HoldOut)) >= EXPLAINED);
         for (effect, start) in other_beginnings(causes, order) {
             if !self.stage.goes_on() {
                 break;
             }
             let noted = self.considered.len();
-            let (other, effects) = self.grown(base, start, vec![effect])?;
+            let begun = [&given[..], &[effect]].concat();
+            let (other, effects) = self.grown(base, start, begun)?;
             self.considered.truncate(noted);
             // Beside the first it stands for what came later; and it may have been exchanged itself.
             let instead =
@@ -273,8 +327,10 @@ impl<'a, 'b> Selection<'a, 'b> {
         Ok(as_complete)
     }
 
-    /// The best model with one effect more, or with a pair where none helps alone; `None` where nothing is significant.
-    fn addition(&mut self, model: &Model, round: usize, room: usize) -> Result<Option<Model>> {
+    /// The best model with one effect more, or with what the sensors add, or with a pair where none helps alone; `None` where nothing
+    /// is significant.
+    fn addition(&mut self, model: &Model, at: Round) -> Result<Option<Model>> {
+        let Round { round, first, room } = at;
         self.stage.begins(&format!("round {round}: screening"));
         let resolved = self.evidence.resolved(model);
         let observed = &model.structure().observed;
@@ -286,24 +342,32 @@ impl<'a, 'b> Selection<'a, 'b> {
             let own = effect
                 .output
                 .is_some_and(|output| resolved.contains(&output));
-            !own && self.allowed.in_round(round, effect)
+            !own && self.allowed.in_round(first, effect)
         };
         let Some(screening) = Screening::new(self.evidence, model, &seen) else {
             return Ok(None);
         };
-        let mut models = self.refit(model, &screening, round)?;
+        let mut models = self.refit(model, &screening, at)?;
         if !self.stage.goes_on() {
             return Ok(None);
         }
         let effects: Vec<Effect> = screening.effects.iter().map(|one| one.effect).collect();
         self.exchange_poles(&effects, &mut models);
-        if round == 1 {
+        if let Some((sensors, all)) = self.with_sensors(model, &models, &resolved) {
+            self.record(&screening, &models, &[&all], &sensors, at, model);
+            self.sensors.extend(sensors);
+            if first {
+                self.beneath = Some(all.clone());
+            }
+            return Ok(Some(all));
+        }
+        if first {
             self.deepen(model, &mut models);
         }
-        // What one effect leaves the next rounds look at; the first is the one that must not be wrong.
+        // What one effect leaves the next rounds look at.
         let wanted = |selection: &Self, models: &[(Effect, Model)]| {
             let (left, none) = selection.left(model, models);
-            left > LEFT_OPEN && (round == 1 || none) && room > 1 && selection.stage.goes_on()
+            left > LEFT_OPEN && (first || none) && room > 1 && selection.stage.goes_on()
         };
         if wanted(self, &models) {
             self.lead(model, &effects, &mut models, round)?;
@@ -322,15 +386,41 @@ impl<'a, 'b> Selection<'a, 'b> {
             .filter(|one| self.worth(model, one))
             .collect();
         let best = self.evidence.best(&accepted).cloned();
-        let of = best.as_ref().and_then(|best| {
+        let chosen = best.iter().flat_map(|best| {
             let new = |effect: &&Effect| !model.structure().effects.contains(effect);
-            best.structure().effects.iter().copied().find(|e| new(&e))
+            best.structure().effects.iter().filter(new)
         });
-        self.record(&screening, &models, &accepted, of, round);
+        let chosen: Vec<Effect> = chosen.copied().collect();
+        self.record(&screening, &models, &accepted, &chosen, at, model);
         if best.is_some() || room < 2 {
             return Ok(best);
         }
         self.pair(model, &screening, round)
+    }
+
+    /// `model` with what its sensors add, where that is preferred to each of the `models` with one effect; nothing of a channel that
+    /// is `resolved`.
+    fn with_sensors(
+        &mut self,
+        model: &Model,
+        models: &[(Effect, Model)],
+        resolved: &[Output],
+    ) -> Option<(Vec<Effect>, Model)> {
+        if !self.stage.goes_on() {
+            return None;
+        }
+        let allowed = |effect: &Effect| {
+            let own = effect.output.is_some_and(|one| resolved.contains(&one));
+            !own && self.allowed.ever(effect)
+        };
+        let worth = |before: &Model, after: &Model| self.worth(before, after);
+        let (sensors, all) = with_sensors(self.evidence, model, allowed, worth)?;
+        let worthy = models.iter().map(|(_, one)| one);
+        let worthy = worthy.filter(|one| self.worth(model, one));
+        let among: Vec<&Model> = worthy.chain([&all]).collect();
+        let best = self.evidence.best(&among);
+        best.is_some_and(|best| std::ptr::eq(best, &all))
+            .then_some((sensors, all))
     }
 
     /// Refits the plausible effects of a screening on top of `model`.
@@ -338,7 +428,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         &mut self,
         model: &Model,
         screening: &Screening,
-        round: usize,
+        Round { round, first, .. }: Round,
     ) -> Result<Vec<(Effect, Model)>> {
         let key: Vec<String> = names(model.structure());
         if let Some(known) = self.refits.get(&key) {
@@ -358,11 +448,11 @@ impl<'a, 'b> Selection<'a, 'b> {
             "round {round}: trying {} effects",
             plausible.len()
         ));
-        let first = |one: &&Screened| self.evidence.extended(model, one.effect, &one.starts[0].0);
-        let first: Vec<Problem> = plausible.iter().map(first).collect();
+        let begin = |one: &&Screened| self.evidence.extended(model, one.effect, &one.starts[0].0);
+        let begin: Vec<Problem> = plausible.iter().map(begin).collect();
         let found = self
             .evidence
-            .searched(&first, self.method, self.evaluator, &mut |done| {
+            .searched(&begin, self.method, self.evaluator, &mut |done| {
                 self.stage.generation(done)
             })?;
         if !self.stage.goes_on() {
@@ -378,10 +468,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         self.stage.begins(&format!("round {round}: polishing"));
         // A few steps tell the starts of an effect apart, and in later rounds the effects.
         let begun = begun(self.evidence, starts);
-        let most = match round {
-            1 => usize::MAX,
-            _ => FOLLOWED,
-        };
+        let most = if first { usize::MAX } else { FOLLOWED };
         let models = to_the_end(self.evidence, least_costly(begun, most, 1));
         // Of rivals that were not all refitted none is the best.
         if !self.stage.goes_on() {
@@ -522,8 +609,10 @@ impl<'a, 'b> Selection<'a, 'b> {
         if let Some(better) = self.other_form(model, order) {
             return Ok(Some(better));
         }
-        // The last one was chosen among all others just now.
-        for &effect in &order[..order.len() - 1] {
+        // The last one was chosen among all others just now, and what the sensors add together.
+        let earlier = order[..order.len() - 1].iter();
+        let earlier = earlier.filter(|effect| !self.sensors.contains(effect));
+        for effect in earlier.copied().collect::<Vec<_>>() {
             let Some((_, rivals)) = self.rivals(model, order, effect)? else {
                 continue;
             };
@@ -580,7 +669,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         let allowed = |one: &Effect| self.allowed.ever(one);
         match Screening::new(self.evidence, reduced, &allowed) {
-            Some(screening) => self.refit(reduced, &screening, 0),
+            Some(screening) => self.refit(reduced, &screening, Round::default()),
             None => Ok(Vec::new()),
         }
     }
@@ -673,6 +762,27 @@ impl<'a, 'b> Selection<'a, 'b> {
         added
     }
 
+    /// What share of what is left above the noise is taken of by what the sensors add, all together and first, and by each of the others
+    /// that were `added`. A zero that is off may be small beside a cause that hides it.
+    fn shares(&self, base: &Model, model: &Model, added: &[Added]) -> Vec<f64> {
+        let order = added.iter().map(|one| one.effect);
+        let (sensors, causes): (Vec<Effect>, Vec<Effect>) = order.partition(of_a_sensor);
+        let first = added.iter().take_while(|one| of_a_sensor(&one.effect));
+        let chain = match first.count() == sensors.len() {
+            true => added.to_vec(),
+            false => self.chain(base, model, &[&sensors[..], &causes].concat()),
+        };
+        let (sensors, causes) = chain.split_at(sensors.len());
+        let joint = sensors.first().zip(sensors.last()).map(|(first, last)| {
+            let [before, after] = [first.error_before, last.error_after];
+            taken(before.powi(2), after.powi(2))
+        });
+        let own = causes.iter().map(Added::taken);
+        // Beside causes it may be little.
+        let joint = joint.map(|share| if causes.is_empty() { share } else { 1.0 });
+        joint.into_iter().chain(own).collect()
+    }
+
     /// Compares each effect of what was `found` with its rivals: what it is tied with, and the closest.
     pub(super) fn contests(mut self, found: &mut Attribution) -> Result<()> {
         self.refits = std::mem::take(&mut found.refits);
@@ -702,7 +812,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             });
             one.tied_with = ties.map(|(other, _)| *other).collect();
         }
-        if let Some(first) = found.added.first_mut() {
+        if let Some(first) = found.added.get_mut(found.given) {
             let known = first.tied_with.clone();
             let others = found.as_complete.iter();
             let new = others.filter(|other| !known.contains(other));
@@ -717,15 +827,17 @@ impl<'a, 'b> Selection<'a, 'b> {
         screening: &Screening,
         models: &[(Effect, Model)],
         accepted: &[&Model],
-        chosen: Option<Effect>,
-        round: usize,
+        chosen: &[Effect],
+        Round { round, first, .. }: Round,
+        before: &Model,
     ) {
+        let before = first.then(|| before.loss(Side::HoldOut).sqrt());
         for one in &screening.effects {
             let model = models.iter().find(|(effect, _)| *effect == one.effect);
             let model = model.map(|(_, model)| model);
             let worth = model.is_some_and(|m| accepted.iter().any(|a| std::ptr::eq(*a, m)));
             let decision = match model {
-                _ if chosen == Some(one.effect) => Decision::Chosen,
+                _ if chosen.contains(&one.effect) => Decision::Chosen,
                 Some(_) if worth => Decision::Outdone,
                 Some(_) => Decision::NotEnough,
                 None if one.p_value > LEVEL => Decision::NotSignificant,
@@ -739,6 +851,7 @@ impl<'a, 'b> Selection<'a, 'b> {
                 test_ratio: one.test_ratio,
                 refit: model.map(|model| (&model.problem).into()),
                 error: model.map(|model| model.loss(Side::HoldOut).sqrt()),
+                before_first: before,
                 decision,
             });
         }

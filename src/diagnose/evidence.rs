@@ -363,7 +363,7 @@ impl Evidence {
     }
 
     /// The free parameters of `effect` with the values of a `trial`.
-    fn at(&self, effect: Effect, trial: &[f64]) -> impl Iterator<Item = Parameter> {
+    pub(super) fn at(&self, effect: Effect, trial: &[f64]) -> impl Iterator<Item = Parameter> {
         let free = effect.parameters(&self.sizes).into_iter();
         let free = free.filter(|parameter| !parameter.is_fixed());
         free.zip(trial).map(|(mut parameter, &value)| {

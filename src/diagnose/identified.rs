@@ -1,6 +1,6 @@
 //! The result of a diagnosis.
 
-use super::added::{Added, Considered};
+use super::added::{Added, Considered, first_causes};
 use super::fitted::{Fitted, TOLERATED, variance};
 use super::free_form::FoundForm;
 use super::hold::Between;
@@ -93,18 +93,12 @@ impl Identified {
     /// Where something is missing that has no name: the effects of the first round that come closest, with the share of the
     /// squared held-out error above the noise that each alone explains, the most first.
     pub fn nearest(&self) -> Vec<(Effect, f64)> {
-        let excess = |error: f64| (error * error - 1.0).max(0.0);
-        let before = excess(self.error_before);
-        let first = self.considered.iter().filter(|one| one.round == 1);
-        let explained =
-            first.filter_map(|one| Some((one.effect, 1.0 - excess(one.error?) / before)));
-        let mut nearest: Vec<(Effect, f64)> = match self.verdict {
-            Verdict::Unexplained => explained.filter(|(_, share)| *share > 0.0).collect(),
-            _ => Vec::new(),
-        };
-        nearest.sort_by(|a, b| b.1.total_cmp(&a.1));
-        nearest.truncate(NEAREST);
-        nearest
+        if self.verdict != Verdict::Unexplained {
+            return Vec::new();
+        }
+        let first = first_causes(&self.considered).into_iter();
+        let some = first.filter(|(_, share)| *share > 0.0).take(NEAREST);
+        some.map(|(one, share)| (one.effect, share)).collect()
     }
 
     /// Refuses a model whose integrator errs by more than the noise and than the model itself: its figures would say more of

@@ -1,6 +1,6 @@
 //! The procedure: from records to a diagnosed model.
 
-use super::added::{Added, Considered, Decision};
+use super::added::{Considered, Decision};
 use super::attribution::{Allowed, Attribution, Selection};
 use super::clocks::with_clocks_set;
 use super::command_noise::with_quiet_commands;
@@ -405,9 +405,8 @@ impl<'d> Diagnosis<'d> {
         }
         self.stage.begins("polishing the result");
         let candidate = self.fitted(base, &found.model)?;
-        criteria.added = found.added.len();
-        let shares = found.added.iter().map(Added::taken);
-        criteria.least_taken = shares.fold(1.0, f64::min);
+        criteria.added = found.shares.len();
+        criteria.least_taken = found.shares.iter().copied().fold(1.0, f64::min);
         criteria.structured_after = candidate.structured();
         let left = candidate.noise(self.measurements, false);
         criteria.swings = left.values().any(|noise| noise.swing.is_some());

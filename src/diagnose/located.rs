@@ -6,6 +6,7 @@
 use super::evidence::{QUICK, set_start};
 use super::fitted::Fitted;
 use super::measurements::{Measurements, starts};
+use super::sensors::{of_a_sensor, of_sensors};
 use super::simulation::{Compared, residual};
 use super::statistics::bootstrap::{MeanSquare, mean_square};
 use super::statistics::noise::Noise;
@@ -51,6 +52,18 @@ impl Place {
             Port::Measurement if effect.output == Some(Output::Spool) => Self::SpoolSensor,
             _ => Self::BehindSpool,
         }
+    }
+
+    /// Where all of `effects` act, but for zeros that are off and lags of channels beside others; `None` where there are none.
+    pub(crate) fn of_all(effects: &[Effect]) -> Option<Self> {
+        let causes = effects.iter().filter(|effect| !of_a_sensor(effect));
+        let counting = match causes.clone().next() {
+            Some(_) => causes.map(Self::of).collect(),
+            None => effects.iter().map(Self::of).collect::<Vec<_>>(),
+        };
+        let first = *counting.first()?;
+        let one = counting.iter().all(|place| *place == first);
+        Some(if one { first } else { Self::Several })
     }
 
     /// Its name in a file.
@@ -114,15 +127,21 @@ impl Located {
     }
 }
 
-/// Where `fitted` fails; `None` where it has no two pieces, where one does not fit at all, or where none fails.
+/// Where `fitted` fails; `None` where it has no two pieces, where one does not fit at all, or where none fails. Several places are one
+/// where the others fail by zeros that are off and by lags of sensors alone.
 pub(super) fn located(
     fitted: &Fitted,
     measurements: &Measurements,
     noise: &BTreeMap<String, Noise>,
     interrupt: &Interrupt,
 ) -> Option<Located> {
-    let cut = Cut::new(fitted, measurements, noise, interrupt)?;
-    place_of(&cut.spool()?, &cut.path()?, &cut.chain()?)
+    let mut cut = Cut::new(fitted, measurements, noise, interrupt)?;
+    let alone = cut.place()?;
+    if alone.place != Place::Several {
+        return Some(alone);
+    }
+    cut.sensors = true;
+    cut.place().or(Some(alone))
 }
 
 /// What the pieces say together.
@@ -155,6 +174,8 @@ struct Cut<'a> {
     noise: Outputs<f64>,
     /// Fitted and held out.
     records: [Vec<Series>; 2],
+    /// Whether each piece has what sensors add.
+    sensors: bool,
 }
 
 impl<'a> Cut<'a> {
@@ -180,7 +201,12 @@ impl<'a> Cut<'a> {
             interrupt,
             noise: Outputs::from_fn(|output| noise.get(output.name()).map_or(0.0, |one| one.value)),
             records: [both(&measurements.fit), both(&measurements.hold_out)],
+            sensors: false,
         })
+    }
+
+    fn place(&self) -> Option<Located> {
+        place_of(&self.spool()?, &self.path()?, &self.chain()?)
     }
 
     fn spool(&self) -> Option<Piece> {
@@ -298,6 +324,12 @@ impl<'a> Cut<'a> {
         if from_spool {
             structure.hold = Hold::Interpolated;
         }
+        if self.sensors {
+            // A lag of the spool's sensor is one of the loop in this piece, and not in the others.
+            let own = of_sensors(&structure).into_iter();
+            let own = own.filter(|one| one.is_a_zero() || output != Output::Spool);
+            structure = own.fold(structure, |all, one| all.with(one));
+        }
         structure
     }
 }
@@ -310,6 +342,21 @@ mod tests {
     use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
     use crate::search::{Plan, refine};
     use crate::simulator::Setup;
+
+    #[test]
+    fn zeros_and_lags_are_no_place_beside_a_cause() {
+        for (effects, place) in [
+            (&["friction"][..], Some(Place::BeforeSpool)),
+            (&["friction", "overlap"], Some(Place::Several)),
+            (&["friction", "sensor_lag.flow"], Some(Place::BeforeSpool)),
+            (&["sensor_lag.flow", "null_bias"], Some(Place::Several)),
+            (&["sensor_offset.spool"], Some(Place::SpoolSensor)),
+            (&[], None),
+        ] {
+            let named: Vec<Effect> = effects.iter().map(|one| one.parse().unwrap()).collect();
+            assert_eq!(Place::of_all(&named), place, "{effects:?}");
+        }
+    }
 
     #[test]
     fn only_what_acts_where_the_model_fails_may_be_what_is_missing() {

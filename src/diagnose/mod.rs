@@ -54,6 +54,7 @@ mod preference;
 mod problem;
 mod run_in;
 mod screen;
+mod sensors;
 mod signals;
 mod signature;
 mod simulation;

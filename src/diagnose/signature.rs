@@ -1,6 +1,6 @@
 //! Signatures of effects: the residual of a model without it, over the signal that it depends on.
 
-use super::added::{Added, Considered, Refit};
+use super::added::{Added, Considered, Refit, first_causes};
 use super::fitted::Fitted;
 use super::known::{KnownRows, KnownSignal};
 use super::simulation::{Compared, Trajectories, residual};
@@ -110,13 +110,11 @@ pub(super) fn of_residual(
     signatures(&base.into(), &models, records)
 }
 
-/// Where something is missing that has no name: the effect of the first round that came closest to it.
+/// Where something is missing that has no name: the effect that came closest to it as the first cause.
 pub(super) fn closest(verdict: Verdict, considered: &[Considered]) -> Option<&Considered> {
-    let refitted = considered
-        .iter()
-        .filter(|one| verdict == Verdict::Unexplained && one.round == 1 && one.refit.is_some());
-    let error = |one: &Considered| one.error.unwrap_or(f64::INFINITY);
-    refitted.min_by(|a, b| error(a).total_cmp(&error(b)))
+    let first = first_causes(considered).into_iter();
+    let mut first = first.filter(|_| verdict == Verdict::Unexplained);
+    first.next().map(|(one, _)| one)
 }
 
 /// The signatures of `base` on `records`, where `models` are other fits of it: first over the signal through which the first

@@ -67,11 +67,11 @@ pub(super) struct Criteria {
     pub(super) before: f64,
     /// The same with the effects that were added.
     pub(super) after: f64,
-    /// What share of the held-out cost above the noise an effect takes of what those before it have left, at least.
+    /// What share of the held-out cost above the noise a choice takes of what those before it have left, at least.
     pub(super) least_taken: f64,
     /// Whether the base model fails on held-out rows alone: the effects then rest on nothing that was fitted.
     pub(super) unseen: bool,
-    /// How many effects were added.
+    /// How many choices led to the effects that were added.
     pub(super) added: usize,
     /// Whether a channel goes on swinging where the command rests, and the model with the effects does not: no free run follows
     /// that in phase, and what lowers its error is chance.

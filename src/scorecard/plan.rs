@@ -177,16 +177,11 @@ pub enum Subject {
 impl Subject {
     /// Where it acts; `None` where nothing is planted.
     pub(super) fn place(&self) -> Option<Place> {
-        let one = |variant: &Variant| Place::of(&variant.effect());
         match self {
             Self::Nothing => None,
             Self::Effects(effects) => {
-                let mut places = effects.iter().map(one);
-                let first = places.next()?;
-                Some(match places.all(|place| place == first) {
-                    true => first,
-                    false => Place::Several,
-                })
+                let all: Vec<Effect> = effects.iter().map(Variant::effect).collect();
+                Place::of_all(&all)
             }
             Self::Outsider(oddity) => Some(of_outsider(*oddity)),
         }

@@ -2,9 +2,9 @@
 
 use super::entry::on;
 use super::view::{Excitation, View, looked_at};
-use super::{Act, Action, Entry, Host, Port, Scale, Trial, entry, known};
+use super::{Act, Action, Entry, Host, Moment, Port, Scale, Trial, entry, known};
 use crate::model::real::Real;
-use crate::model::{Output, Parameter};
+use crate::model::{Input, Output, Parameter};
 use crate::record::joined;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
@@ -94,6 +94,32 @@ impl Effect {
         let action = Action::<f64>::new(self.entry.name, || 1.0);
         let own = vec![0.0; self.entry.states.len()];
         action.place(&own, 0.0, 1.0) > 0.0
+    }
+
+    /// Whether it is that something shows, or is commanded, where there is nothing, and no more than that.
+    pub(crate) fn is_a_zero(&self) -> bool {
+        let (action, parameters) = self.simplest();
+        if !self.entry.states.is_empty() || parameters != 1 {
+            return false;
+        }
+        let nothing = Moment::of(&Input::default());
+        action.command(&mut [], 0.0) + action.measure(&[], 0.0, &nothing) != 0.0
+    }
+
+    /// Whether it is a lag of first order of one channel, and no more than that.
+    pub(crate) fn is_a_lag(&self) -> bool {
+        let filters = self.output.is_some() && self.entry.states.len() == 1;
+        filters && self.simplest().1 == 1
+    }
+
+    /// It with 1 for each of its parameters, and how many these are.
+    fn simplest(&self) -> (Action<f64>, usize) {
+        let mut parameters = 0;
+        let action = Action::new(self.entry.name, || {
+            parameters += 1;
+            1.0
+        });
+        (action, parameters)
     }
 
     /// The view that shows it best.
@@ -196,5 +222,24 @@ impl<'de> Deserialize<'de> for Effect {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
         text.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::effects::CATALOGUE;
+
+    #[test]
+    fn zeros_and_lags_of_channels_are_what_they_are() {
+        let named = |is: fn(&Effect) -> bool| -> Vec<&str> {
+            let all = CATALOGUE.iter().map(|entry| Effect {
+                entry,
+                output: entry.outputs.map(|_| Output::Flow),
+            });
+            all.filter(is).map(|effect| effect.entry.name).collect()
+        };
+        assert_eq!(named(Effect::is_a_zero), ["null_bias", "sensor_offset"]);
+        assert_eq!(named(Effect::is_a_lag), ["compressibility", "sensor_lag"]);
     }
 }

@@ -941,11 +941,12 @@ fn named_effects_take_the_measured_actuator_close_to_its_noise() {
     };
     let folder = tempfile::tempdir().unwrap();
     // SERVOBEE_SOAK=1 takes all rows, and looks for all effects.
-    let (rows, effects) = match soak() {
-        true => ("250000", "all"),
+    let (rows, effects, most) = match soak() {
+        true => ("250000", "all", 0.0265),
         false => (
             "12000",
             "null_bias,sensor_offset,sensor_drift,hysteresis,delay",
+            0.033,
         ),
     };
     let call = [
@@ -972,7 +973,7 @@ fn named_effects_take_the_measured_actuator_close_to_its_noise() {
     assert_eq!(report["verdict"], "partly");
     let rmse = report["error"]["after"]["hold_out"]["spool"]["rmse"].as_f64();
     println!("RMS {} mm held out, {}", rmse.unwrap(), report["effects"]);
-    assert!(rmse.unwrap() <= 0.033, "{report}");
+    assert!(rmse.unwrap() <= most, "{report}");
     // Only the spool is measured: nothing tells a shifted command from a shifted sensor.
     let effects = report["effects"].as_array().unwrap();
     let shift = |name: &Value| name == "null_bias" || name == "sensor_offset";

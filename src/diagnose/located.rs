@@ -325,9 +325,7 @@ impl<'a> Cut<'a> {
             structure.hold = Hold::Interpolated;
         }
         if self.sensors {
-            // A lag of the spool's sensor is one of the loop in this piece, and not in the others.
             let own = of_sensors(&structure).into_iter();
-            let own = own.filter(|one| one.is_a_zero() || output != Output::Spool);
             structure = own.fold(structure, |all, one| all.with(one));
         }
         structure
@@ -350,6 +348,7 @@ mod tests {
             (&["friction", "overlap"], Some(Place::Several)),
             (&["friction", "sensor_lag.flow"], Some(Place::BeforeSpool)),
             (&["sensor_lag.flow", "null_bias"], Some(Place::Several)),
+            (&["sensor_lag.spool", "overlap"], Some(Place::Several)),
             (&["sensor_offset.spool"], Some(Place::SpoolSensor)),
             (&[], None),
         ] {

@@ -1,9 +1,9 @@
-//! What any bench adds to a record: zeros that are a little off, and sensors that lag. Each takes little of what the others and a
+//! What any bench adds to a record: zeros that are a little off, and a flow meter that lags. Each takes little of what the others and a
 //! cause leave, so that none would be chosen alone: they are sought together, and count as one.
 
 use super::evidence::{Evidence, Model, Side};
-use crate::model::Structure;
 use crate::model::effects::{Effect, Port, known};
+use crate::model::{Output, Structure};
 use rayon::prelude::*;
 
 /// `model` with two or more of the `allowed` ones of them, of which each is `worth` what it adds to the others; `None` where there
@@ -38,9 +38,11 @@ pub(super) fn with_sensors(
     found.into_iter().nth(place)
 }
 
-/// Whether `effect` is a zero that is off, or a lag of one channel.
+/// Whether `effect` is a zero that is off, or a lag of a channel other than the spool, of which a lag is one more of the loop that
+/// moves it.
 pub(super) fn of_a_sensor(effect: &Effect) -> bool {
-    effect.is_a_zero() || effect.is_a_lag()
+    let lags = effect.is_a_lag() && effect.output != Some(Output::Spool);
+    effect.is_a_zero() || lags
 }
 
 /// The zeros and lags that the sensors of `structure` may have, and the zero of its command, where it has none of these causes.

@@ -35,7 +35,7 @@
 //! |---|---|
 //! | an effect | its file in `src/model/effects` and its line in `catalogue!` there; tests ask for its twin in `src/simulator` |
 //! | a base model | its file in `src/model/base` and its line in `base_models!` there; or, from outside, [`model::base::register_base`] |
-//! | an observed channel | its line in `channels!` of `src/record/channel.rs` and in `outputs!` of `src/model/output.rs`; the base model that computes it; the words by which its columns are known, in `src/record/inspect/names.rs` |
+//! | an observed channel | its line in `channels!` of `src/record/channel.rs` and in `outputs!` of `src/model/output.rs`; the base model that computes it; the words by which its columns are known, in `src/record/names.rs` |
 //! | an input | its line in `inputs!` of `src/model/input.rs` |
 //! | a search | [`search::Search`] and [`search::Method`], here or outside, and its name in a [`search::Plan`] |
 //! | a device | [`evaluate::Evaluator`] |

@@ -90,8 +90,8 @@ impl Identified {
         closest(self.verdict, &self.considered)
     }
 
-    /// Where something is missing that has no name: the effects of the first round that come closest, with the share of the
-    /// squared held-out error above the noise that each alone explains, the most first.
+    /// Where something is missing that has no name: the effects that come closest as the first cause, with the share of the squared
+    /// held-out error above the noise, beside what the sensors add, that each alone explains, the most first.
     pub fn nearest(&self) -> Vec<(Effect, f64)> {
         if self.verdict != Verdict::Unexplained {
             return Vec::new();

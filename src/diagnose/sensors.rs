@@ -22,7 +22,8 @@ pub(super) fn with_sensors(
         let zero = |effect: &&Effect| !effect.is_a_zero() || own(effect) == sensors;
         all.iter().filter(zero).copied().collect()
     });
-    let found = choices.into_par_iter().filter_map(|effects| {
+    let several = choices.into_par_iter().filter(|effects| effects.len() > 1);
+    let found = several.filter_map(|effects| {
         let model = together(evidence, model, &effects)?;
         Some((effects, model))
     });

@@ -2,8 +2,8 @@
 
 use super::channel::Channel;
 use super::conversion::{self, Conversion};
-use super::inspect::pressure_at_the_valve;
 use super::label::{Label, visible};
+use super::names::pressure_at_the_valve;
 use super::ranges::Small;
 use super::table::Table;
 use super::target::Target;

@@ -16,6 +16,7 @@ mod label;
 mod mapping;
 mod mat;
 mod moment;
+mod names;
 mod ranges;
 mod reading;
 mod table;

@@ -1,10 +1,10 @@
 //! What the columns that no channel takes probably are: from their names, their units, and their values.
 
 use super::follow::{Follows, follows};
-use super::names::{COUNTS, Meaning, is_no_signal, meanings};
 use super::targets::{COMMAND, Targets};
 use crate::record::column::{Column, Odd};
 use crate::record::mapping::small;
+use crate::record::names::{COUNTS, Meaning, is_no_signal, meanings};
 use crate::record::ranges::limit;
 use crate::record::table::Table;
 use crate::record::target::Target;

@@ -63,7 +63,7 @@ pub(super) fn meanings(label: &Label) -> Vec<Meaning> {
 }
 
 /// The pressure before or behind the valve that a column is by its name alone, which says nothing else, and by its unit.
-pub(in crate::record) fn pressure_at_the_valve(label: &Label) -> Option<Channel> {
+pub(super) fn pressure_at_the_valve(label: &Label) -> Option<Channel> {
     label.unit.as_ref()?;
     let names_it = |channel: &Channel| {
         let target = Target::Channel(*channel);

@@ -85,7 +85,7 @@ fn look_along(
     // At the bound first: there nearly every parameter is told from a flat one.
     let mut up_to = |bound: f64| {
         let point = |k: u32| bound + (here - bound) * f64::from(k) / f64::from(POINTS);
-        (0..POINTS).all(|k| is_flat(point(k)))
+        here == bound || (0..POINTS).all(|k| is_flat(point(k)))
     };
     let (down, up) = (up_to(0.0), up_to(1.0));
     let mut edge = |bound: f64| {

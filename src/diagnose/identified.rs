@@ -91,14 +91,23 @@ impl Identified {
     }
 
     /// Where something is missing that has no name: the effects that come closest as the first cause, with the share of the squared
-    /// held-out error above the noise, beside what the sensors add, that each alone explains, the most first.
+    /// held-out error above the noise, beside what the sensors add, that each alone explains, the most first; of each its best form.
     pub fn nearest(&self) -> Vec<(Effect, f64)> {
         if self.verdict != Verdict::Unexplained {
             return Vec::new();
         }
         let first = first_causes(&self.considered).into_iter();
-        let some = first.filter(|(_, share)| *share > 0.0).take(NEAREST);
-        some.map(|(one, share)| (one.effect, share)).collect()
+        let mut nearest: Vec<(Effect, f64)> = Vec::new();
+        for (one, share) in first.filter(|(_, share)| *share > 0.0) {
+            if !nearest
+                .iter()
+                .any(|(other, _)| one.effect.is_form_of(other))
+            {
+                nearest.push((one.effect, share));
+            }
+        }
+        nearest.truncate(NEAREST);
+        nearest
     }
 
     /// Refuses a model whose integrator errs by more than the noise and than the model itself: its figures would say more of

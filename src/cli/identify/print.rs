@@ -89,15 +89,14 @@ fn print_effects(identified: &Identified, document: &Document) {
     if let Some(located) = located(identified) {
         tell!("{located}");
     }
-    let nearest = document
-        .nearest
+    let nearest: Vec<String> = identified
+        .nearest()
         .iter()
-        .map(|one| format!("{} ({:.0} %)", one.name, 100.0 * one.explained));
-    if !document.nearest.is_empty() {
-        tell!(
-            "Of the error above the noise come closest: {}.",
-            nearest.collect::<Vec<_>>().join(", ")
-        );
+        .map(|(effect, explained)| format!("{effect} ({:.0} %)", 100.0 * explained))
+        .collect();
+    if !nearest.is_empty() {
+        let nearest = nearest.join(", ");
+        tell!("Of the error above the noise come closest: {nearest}.");
     }
     tell!();
     if let Some(form) = &document.free_form {

@@ -106,6 +106,8 @@ fn the_catalogue_is_that_of_the_reference() {
         "slew_limit~ramps",
         "hysteresis~feedback",
         "hysteresis~linkage",
+        "hysteresis~gradual",
+        "hysteresis~spread",
         "integral_action~windup",
         "integral_action~tracking",
         "integral_action~clamping",
@@ -135,12 +137,14 @@ fn the_catalogue_is_that_of_the_reference() {
         "gain_curvature~knee",
         "gain_curvature~shaped",
         "gain_curvature~round",
+        "gain_curvature~laminar",
         "flow_saturation",
         "flow_saturation~choked",
         "leakage",
         "supply_droop",
         "supply_droop~turbulent",
         "supply_droop~limited",
+        "supply_droop~accumulator",
         "compressibility",
         "line_resonance",
         "viscosity_drift",
@@ -523,7 +527,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 83] = [
+const TWINS: [Twin; 87] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -779,6 +783,30 @@ const TWINS: [Twin; 83] = [
             ("supply_lag_limited", 0.1),
             ("pump_flow", 25.0),
         ],
+    ),
+    (
+        "supply_droop~accumulator=0.06:lag=0.1:pump=25",
+        "supply_droop~accumulator",
+        &[
+            ("supply_droop_accumulator", 0.06),
+            ("supply_lag_accumulator", 0.1),
+            ("pump_flow_at_most", 25.0),
+        ],
+    ),
+    (
+        "gain_curvature~laminar=0.06",
+        "gain_curvature~laminar",
+        &[("laminar_opening", 6.0)],
+    ),
+    (
+        "hysteresis~gradual=0.3:travel=0.8",
+        "hysteresis~gradual",
+        &[("hysteresis_gradual", 0.3), ("hysteresis_travel", 0.8)],
+    ),
+    (
+        "hysteresis~spread=0.06:widest=1.5",
+        "hysteresis~spread",
+        &[("hysteresis_spread", 0.06), ("widest_play", 1.5)],
     ),
     (
         "dc_gain~heating=0.9:time=0.4",
@@ -1338,6 +1366,7 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
                 "null_bias~settling",
                 "dc_gain~heating",
                 "supply_droop~limited",
+                "supply_droop~accumulator",
             ];
             if of_its_own.contains(&effect.entry.cause()) || forms.contains(&effect.entry.name) {
                 continue;

@@ -256,10 +256,34 @@ fn a_form_is_told_from_what_comes_near_it() {
             &[("choked_up", 60.0)],
         ),
         (
-            "supply_droop~limited=0.03:lag=0.1:pump=25",
+            "supply_droop~limited=0.1:lag=0.15:pump=20",
             "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
             ("supply_droop", "limited"),
-            &[("pump_flow", 25.0)],
+            &[("pump_flow", 20.0)],
+        ),
+        (
+            "supply_droop~accumulator=0.1:lag=0.15:pump=20",
+            "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
+            ("supply_droop", "accumulator"),
+            &[("pump_flow_at_most", 20.0)],
+        ),
+        (
+            "gain_curvature~laminar=0.08",
+            "gain_curvature,overlap,asymmetric_gain",
+            ("gain_curvature", "laminar"),
+            &[("laminar_opening", 8.0)],
+        ),
+        (
+            "hysteresis~gradual=0.3:travel=0.8",
+            "hysteresis,friction,command_lag",
+            ("hysteresis", "gradual"),
+            &[("hysteresis_gradual", 0.3), ("hysteresis_travel", 0.8)],
+        ),
+        (
+            "hysteresis~spread=0.3:widest=1.5",
+            "hysteresis,friction,command_lag",
+            ("hysteresis", "spread"),
+            &[("hysteresis_spread", 0.3)],
         ),
         (
             "dc_gain~heating=0.9:time=0.8",

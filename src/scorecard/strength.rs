@@ -114,7 +114,7 @@ impl Open {
             Kind::Leakage => extra("width", 1.5, 8.0),
             Kind::SupplyDroop => {
                 extra("lag", 0.01, 0.06);
-                if form == Form::Limited {
+                if matches!(form, Form::Limited | Form::Accumulator) {
                     extra("pump", 0.4 * valve.rated_flow, 0.8 * valve.rated_flow);
                 }
             }
@@ -155,6 +155,8 @@ impl Open {
                 extra("turn", 0.5, 0.7);
                 extra("span", 0.2, 5.0);
             }
+            Kind::Hysteresis if form == Form::Gradual => extra("travel", 0.2, 3.0),
+            Kind::Hysteresis if form == Form::Spread => extra("widest", 0.5, 4.0),
             Kind::IntegralAction if form == Form::Tracking => extra("tracking", 20.0, 200.0),
             Kind::IntegralAction if form == Form::Limited => extra("limit", 0.1, 1.0),
             _ => {}
@@ -194,6 +196,7 @@ impl Open {
             Kind::StrokeLimit => Dial::limit(11.0, 7.5, 1.0),
             Kind::Overlap => Dial::rising(4.0, 40.0),
             Kind::AsymmetricGain => Dial::rising(0.05, 0.6).signed(rng),
+            Kind::GainCurvature if form == Form::Laminar => Dial::rising(0.05, 0.4),
             Kind::GainCurvature => Dial::rising(0.1, 0.6).signed(rng),
             Kind::FlowSaturation => Dial::limit(105.0, 75.0, 10.0),
             Kind::Leakage => Dial::rising(0.025, 0.25).times(valve.rated_flow),

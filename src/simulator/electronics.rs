@@ -202,13 +202,15 @@ impl Pade {
 
 /// A loop that does not depend on the rate; its half-width is b.
 enum Hysteresis {
-    /// y = max(u − r, min(u + r, y₋)), the mean of several.
+    /// y = u + Σ c (p − u), p = max(u − r, min(u + r, p₋)).
     Plays(Vec<Play>),
     BoucWen(BoucWen),
+    Gradual(Gradual),
 }
 
 struct Play {
     half_width: f64,
+    share: f64,
     output: f64,
 }
 
@@ -220,6 +222,17 @@ struct BoucWen {
     inner: f64,
 }
 
+/// y = u − b h, h' = |u'| (sign(u') − h) / w.
+struct Gradual {
+    half_width: f64,
+    travel: f64,
+    before: f64,
+    inner: f64,
+}
+
+/// So many plays are as good as one of every width.
+const MANY: usize = 500;
+
 /// Half-widths of the plays of a Preisach operator in units of their mean.
 const PREISACH: [f64; 6] = [0.1, 0.4, 0.75, 1.05, 1.5, 2.2];
 
@@ -228,13 +241,35 @@ impl Hysteresis {
         let of = |form| find(planted, Kind::Hysteresis, form);
         let play = |half_width| Play {
             half_width,
+            share: 1.0,
             output: command,
         };
         if let Some(p) = of(Form::Usual) {
             return Some(Self::Plays(vec![play(p.value)]));
         }
         if let Some(p) = of(Form::Preisach) {
-            return Some(Self::Plays(PREISACH.map(|r| play(r * p.value)).into()));
+            let share = 1.0 / PREISACH.len() as f64;
+            let plays = PREISACH.map(|r| Play {
+                share,
+                ..play(r * p.value)
+            });
+            return Some(Self::Plays(plays.into()));
+        }
+        if let Some(p) = of(Form::Spread) {
+            let widest = p.key("widest").unwrap_or(1.0);
+            let one = |k: usize| Play {
+                share: 2.0 * p.value / (widest * MANY as f64),
+                ..play(widest * (k as f64 + 0.5) / MANY as f64)
+            };
+            return Some(Self::Plays((0..MANY).map(one).collect()));
+        }
+        if let Some(p) = of(Form::Gradual) {
+            return Some(Self::Gradual(Gradual {
+                half_width: p.value,
+                travel: p.key("travel").unwrap_or(1.0),
+                before: command,
+                inner: 0.0,
+            }));
         }
         of(Form::BoucWen).map(|p| {
             Self::BoucWen(BoucWen {
@@ -249,15 +284,16 @@ impl Hysteresis {
     fn apply(&mut self, u: f64) -> f64 {
         match self {
             Self::Plays(plays) => {
-                let mut sum = 0.0;
+                let mut behind = 0.0;
                 for play in plays.iter_mut() {
                     let (low, high) = (u - play.half_width, u + play.half_width);
                     play.output = play.output.clamp(low, high);
-                    sum += play.output;
+                    behind += play.share * (play.output - u);
                 }
-                sum / plays.len() as f64
+                u + behind
             }
             Self::BoucWen(loop_) => loop_.apply(u),
+            Self::Gradual(loop_) => loop_.apply(u),
         }
     }
 }
@@ -276,6 +312,19 @@ impl BoucWen {
             self.inner = sign * reached;
         }
         self.before = u;
+        u - self.half_width * self.inner
+    }
+}
+
+impl Gradual {
+    /// Exact for a command that goes straight to `u`.
+    fn apply(&mut self, u: f64) -> f64 {
+        let moved = u - self.before;
+        self.before = u;
+        if moved != 0.0 {
+            let end = moved.signum();
+            self.inner = end + (self.inner - end) * (-moved.abs() / self.travel).exp();
+        }
         u - self.half_width * self.inner
     }
 }
@@ -305,7 +354,13 @@ mod tests {
 
     #[test]
     fn every_hysteresis_has_its_width_at_any_rate() {
-        for (form, tolerance) in [("", 1e-12), ("~preisach", 1e-12), ("~bouc_wen", 1e-9)] {
+        for (form, tolerance) in [
+            ("", 1e-12),
+            ("~preisach", 1e-12),
+            ("~spread", 1e-9),
+            ("~bouc_wen", 1e-9),
+            ("~gradual", 1e-4),
+        ] {
             for count in [50, 5000] {
                 let width = loop_at_zero(&format!("hysteresis{form}=0.2"), count);
                 assert!((width - 0.4).abs() < tolerance, "{form} {count}: {width}");

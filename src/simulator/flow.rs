@@ -1,10 +1,13 @@
 //! From the spool to the flow: opening, supply, leakage, line and oil.
 
-use super::filter::{Lag, PolePair};
+use super::filter::{Lag, PolePair, runge_kutta};
 use super::meter::Meter;
 use super::outsider::{self, CREEP_LAG, Oddity, Outsider, strength};
 use super::planted::{Drift, Form, Kind, Planted, find, value};
 use super::valve::{FULL_SCALE, RATED_DROP, Valve};
+
+/// Exponent of the gas of an accumulator, between slow and fast.
+const GAS: f64 = 4.0 / 3.0;
 
 /// Where sensor and metering edges see the spool.
 pub(super) struct Seen {
@@ -61,11 +64,18 @@ struct Droop {
     lag: f64,
     /// What its pump delivers at most, L/min: of more that is drawn the rest comes out of its volume.
     pump: f64,
+    /// The volume of its accumulator's gas over that at rest.
+    gas: Option<f64>,
 }
 
 impl Droop {
     fn planted(planted: &[Planted]) -> Option<Self> {
-        let forms = [Form::Usual, Form::Turbulent, Form::Limited];
+        let forms = [
+            Form::Usual,
+            Form::Turbulent,
+            Form::Limited,
+            Form::Accumulator,
+        ];
         let found = forms
             .into_iter()
             .find_map(|form| find(planted, Kind::SupplyDroop, form));
@@ -77,12 +87,26 @@ impl Droop {
                 felt: Lag::new(lag),
                 lag,
                 pump: p.key("pump").unwrap_or(f64::INFINITY),
+                gas: (p.form == Form::Accumulator).then_some(1.0),
             }
         })
     }
 
     /// Moves on by `h` s, in which `drawn` L/min are.
     fn advance(&mut self, drawn: f64, h: f64) {
+        if let Some(volume) = self.gas {
+            let (resistance, pump) = (self.resistance, self.pump);
+            // What the pump is asked for by a pressure of p0 V^(-n).
+            let asked = |volume: f64| (1.0 - volume.powf(-GAS)) * RATED_DROP / resistance;
+            let rate = resistance / (GAS * RATED_DROP * self.lag);
+            let moved = runge_kutta([volume], h, |[volume], _| {
+                [rate * (drawn - asked(volume).min(pump))]
+            });
+            self.gas = Some(moved[0]);
+            self.felt.value = asked(moved[0]);
+            self.felt.jump(drawn);
+            return;
+        }
         if self.felt.value <= self.pump {
             self.felt.advance(drawn, h);
         } else {
@@ -162,6 +186,8 @@ struct Opening {
     knee: Option<(f64, f64)>,
     /// h + c (h³ − h) + d (h⁵ − h).
     shape: Option<(f64, f64)>,
+    /// h |h| / √(h² + w²).
+    laminar: f64,
     /// h + r (sign(h) |h|^1.5 − h).
     round: f64,
     /// |h| ≤ s.
@@ -188,6 +214,7 @@ impl Opening {
             overlap_negative: negative / 100.0,
             knee: knee.map(|p| (p.value, p.key("at").unwrap_or(40.0) / 100.0)),
             round: find(planted, Kind::GainCurvature, Form::Round).map_or(0.0, |p| p.value),
+            laminar: find(planted, Kind::GainCurvature, Form::Laminar).map_or(0.0, |p| p.value),
             shape: shape.map(|p| (p.value, p.key("fifth").unwrap_or(0.0))),
             rounding: rounded.map(|p| width(p) / 100.0),
             clearance: clearance.map(|p| p.key("clearance").unwrap_or(2.0) / 100.0),
@@ -225,6 +252,11 @@ impl Opening {
             h + third * (h.powi(3) - h) + fifth * (h.powi(5) - h)
         });
         let h = h + self.round * (h.abs().powf(1.5).copysign(h) - h);
+        // The tangent of the angle of which the share that passes is the sine.
+        let h = match self.laminar {
+            0.0 => h,
+            width => h * (h.abs() / width).atan().sin(),
+        };
         let h = self.choked.map_or(h, |[up, down]| {
             let end = if h > 0.0 { up } else { down };
             h * (1.0 + (h / end).powi(4)).powf(-0.25)

@@ -82,6 +82,10 @@ pub enum Form {
     BoucWen,
     /// Hysteresis as a Preisach operator: plays of several widths.
     Preisach,
+    /// Hysteresis whose branches close in exponentially, after Coleman and Hodgdon.
+    Gradual,
+    /// Hysteresis after Prandtl and Ishlinskii: as many plays of any width up to the widest.
+    Spread,
     /// A play between the spool and what its loop is fed back.
     Feedback,
     /// A play between what the loop moves, and is fed back, and the spool.
@@ -155,6 +159,10 @@ pub enum Form {
     Choked,
     /// A command whose coil it heats.
     Heating,
+    /// A pump of limited delivery that fills an accumulator.
+    Accumulator,
+    /// An opening that lets less pass where its flow is laminar; its value is a share of full scale.
+    Laminar,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -167,6 +175,10 @@ impl Form {
             Self::Pade => "pade",
             Self::BoucWen => "bouc_wen",
             Self::Preisach => "preisach",
+            Self::Gradual => "gradual",
+            Self::Spread => "spread",
+            Self::Accumulator => "accumulator",
+            Self::Laminar => "laminar",
             Self::Feedback => "feedback",
             Self::Linkage => "linkage",
             Self::Smooth => "smooth",
@@ -281,7 +293,8 @@ impl Kind {
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
                 &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
-                &[Form::BoucWen, Form::Preisach, Form::Feedback, Form::Linkage], &[("width", f64::NAN, &[Form::BoucWen])]),
+                &[Form::BoucWen, Form::Preisach, Form::Gradual, Form::Spread, Form::Feedback, Form::Linkage],
+                &[("width", f64::NAN, &[Form::BoucWen]), ("travel", 0.5, &[Form::Gradual]), ("widest", 1.0, &[Form::Spread])]),
             Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
             Self::CommandHum => entry("command_hum", "V", "electronics", (0.0, 10.0), 0.2,
                 &[Form::Overtone], HUM),
@@ -324,15 +337,15 @@ impl Kind {
                 ]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
-                &[Form::Knee, Form::Shaped, Form::Round], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
+                &[Form::Knee, Form::Shaped, Form::Round, Form::Laminar], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0,
                 &[Form::Choked], &[("negative", 1000.0, &[Form::Choked])]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
-                &[Form::Turbulent, Form::Limited],
+                &[Form::Turbulent, Form::Limited, Form::Accumulator],
                 &[
-                    ("lag", 0.02, &[Form::Usual, Form::Turbulent, Form::Limited]),
-                    ("pump", 30.0, &[Form::Limited]),
+                    ("lag", 0.02, &[Form::Usual, Form::Turbulent, Form::Limited, Form::Accumulator]),
+                    ("pump", 30.0, &[Form::Limited, Form::Accumulator]),
                 ]),
             Self::Compressibility => entry("compressibility", "s", "flow", (0.0, 1.0), 0.004, &[], &[]),
             Self::LineResonance => entry("line_resonance", "Hz", "flow", (1.0, 2000.0), 120.0,

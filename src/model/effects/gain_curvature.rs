@@ -175,9 +175,58 @@ impl<R: Real> Act<R> for GainOfRoundPorts<R> {
     }
 }
 
+pub(super) const LAMINAR: Entry = Entry {
+    name: "gain_curvature~laminar",
+    summary: "The flow through small openings is laminar: they let less pass than turbulent ones",
+    finding: "the flow through openings below some {laminar_opening} is laminar, and grows with their square",
+    equation: "h = x |x| / sqrt(x^2 + w^2), w = laminar_opening: the discharge coefficient rises with the Reynolds number of the opening",
+    shows: "flow missing near null that dies out with larger openings; none is missing at full scale",
+    confused: "overlap, which takes as much of every larger opening; gain_curvature~round, whose share is felt up to full scale",
+    source: "discharge coefficient of spool orifices at low Reynolds numbers: McCloy and Martin, Control of Fluid Power, 1980",
+    parameters: |_, _| vec![Parameter::linear("laminar_opening", "%", 0.0, 0.0, 50.0)],
+    trials: |_, _| vec![vec![1.0], vec![4.0], vec![15.0]],
+    neutral: &[],
+    ..ENTRY
+};
+
+/// Small openings let less pass.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct GainOfLaminarFlow<R> {
+    square: R,
+}
+
+impl<R: Real> GainOfLaminarFlow<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        let width = next();
+        Self {
+            square: width * width,
+        }
+    }
+}
+
+impl<R: Real> Act<R> for GainOfLaminarFlow<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        // At null there is nothing to divide by.
+        let square = (opening * opening).max(R::constant(1e-30));
+        opening / (R::constant(1.0) + self.square / square).sqrt()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn laminar_flow_grows_with_the_square_and_is_hardly_missing_at_full_scale() {
+        let mut values = [3.0].into_iter();
+        let effect: GainOfLaminarFlow<f64> = GainOfLaminarFlow::new(|| values.next().unwrap());
+        let found = [0.0, 4.0, -4.0].map(|x| effect.opening(x));
+        assert!((found[1] - 3.2).abs() < 1e-12 && found[2] == -found[1] && found[0] == 0.0);
+        assert!((effect.opening(0.03) / effect.opening(0.015) - 4.0).abs() < 1e-3);
+        assert!((effect.opening(100.0) - 100.0).abs() < 0.05);
+    }
 
     #[test]
     fn round_ports_open_with_the_power_of_one_and_a_half() {

@@ -170,9 +170,182 @@ impl<R: Real> Act<R> for HysteresisOfLinkage<R> {
     }
 }
 
+pub(super) const GRADUAL: Entry = Entry {
+    name: "hysteresis~gradual",
+    summary: "The command acts through a loop whose branches close in gradually after every reversal",
+    finding: "the command acts through a hysteresis of ±{hysteresis_gradual}, which closes in over {hysteresis_travel} after a reversal",
+    equation: "y = u - b h, dh/du = (1 - h sign(du)) / w; b = hysteresis_gradual, w = hysteresis_travel",
+    shows: "a loop of constant width at any speed, with round corners where the command turns",
+    confused: "hysteresis, whose corners are sharp; hysteresis~spread, whose small loops close",
+    source: "Coleman, Hodgdon, A constitutive relation for rate-independent hysteresis in ferromagnetically soft materials, 1986, with \
+             constant f'; Dahl 1968: the iron of a torque motor, the same as the law of Bouc and Wen with gamma = 0",
+    parameters: |scale, _| {
+        let (unit, full) = (&scale.command_unit, scale.command);
+        vec![
+            half_width("hysteresis_gradual", scale),
+            Parameter::log("hysteresis_travel", unit, 1e-3 * full, 0.05 * full, full),
+        ]
+    },
+    trials: |scale, _| {
+        [[0.003, 0.03], [0.012, 0.03], [0.012, 0.2], [0.04, 0.2]]
+            .map(|shares| shares.map(|share| share * scale.command).to_vec())
+            .to_vec()
+    },
+    states: &["command_before", "magnetisation"],
+    ..ENTRY
+};
+
+/// The command acts through a loop that closes in gradually.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct HysteresisGradual<R> {
+    width: R,
+    travel: R,
+}
+
+impl<R: Real> HysteresisGradual<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            width: next(),
+            travel: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for HysteresisGradual<R> {
+    /// Exact for a command that has gone straight here.
+    #[inline(always)]
+    fn command(&self, own: &mut [R], command: R) -> R {
+        let moved = command - own[0];
+        let end = R::constant(1.0).with_sign_of(moved);
+        let (closed, _) = (moved.abs() / self.travel).caught_up();
+        own[0] = command;
+        own[1] = own[1] + (end - own[1]) * closed;
+        command - self.width * own[1]
+    }
+
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], value: R) {
+        own[0] = value;
+        own[1] = R::constant(0.0);
+    }
+}
+
+pub(super) const SPREAD: Entry = Entry {
+    name: "hysteresis~spread",
+    summary: "The command acts through many plays, the narrowest of which is next to none",
+    finding: "the command acts through a hysteresis of ±{hysteresis_spread}, the sum of plays as wide as ±{widest_play}",
+    equation: "y = u + (b / 2 W) sum (p_k - u), p_k behind plays of W/8, 3W/8, 5W/8, 7W/8; b = hysteresis_spread, W = widest_play",
+    shows: "a loop of constant width at any speed, with round corners where the command turns; small loops close and are narrow",
+    confused: "hysteresis, whose corners are sharp; hysteresis~gradual, whose small loops do not close",
+    source: "Prandtl-Ishlinskii operator with a constant density: Krejci, Hysteresis, Convexity and Dissipation in Hyperbolic Equations, \
+             1996; Preisach's of the same: Mayergoyz, Mathematical Models of Hysteresis, 1991: the iron of a torque motor",
+    parameters: |scale, _| {
+        let (unit, full) = (&scale.command_unit, scale.command);
+        vec![
+            half_width("hysteresis_spread", scale),
+            Parameter::log("widest_play", unit, 0.01 * full, 0.1 * full, full),
+        ]
+    },
+    trials: |scale, _| {
+        [[0.003, 0.05], [0.012, 0.05], [0.012, 0.3], [0.04, 0.3]]
+            .map(|shares| shares.map(|share| share * scale.command).to_vec())
+            .to_vec()
+    },
+    states: &["narrow_play", "second_play", "third_play", "wide_play"],
+    ..ENTRY
+};
+
+/// The half-widths of the plays in shares of the widest: the middles of four equal parts of it.
+const WIDTHS: [f64; 4] = [0.125, 0.375, 0.625, 0.875];
+
+/// The command acts through many plays.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct HysteresisSpread<R> {
+    /// Of what each play is behind, and the widest of all.
+    share: R,
+    widest: R,
+}
+
+impl<R: Real> HysteresisSpread<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        let (width, widest) = (next(), next());
+        // Where all are crossed they are behind by the sum of their half-widths.
+        let sum = R::constant(WIDTHS.iter().sum()) * widest;
+        Self {
+            share: width / sum,
+            widest,
+        }
+    }
+}
+
+impl<R: Real> Act<R> for HysteresisSpread<R> {
+    #[allow(
+        clippy::needless_range_loop,
+        reason = "an iterator is not always inlined, and only what is inlined is compiled for wide vectors"
+    )]
+    #[inline(always)]
+    fn command(&self, own: &mut [R], command: R) -> R {
+        let mut behind = R::constant(0.0);
+        for k in 0..WIDTHS.len() {
+            let width = R::constant(WIDTHS[k]) * self.widest;
+            own[k] = behind_play(width, own[k], command);
+            behind = behind + (own[k] - command);
+        }
+        command + self.share * behind
+    }
+
+    #[inline(always)]
+    fn settled(&self, own: &mut [R], value: R) {
+        own[..WIDTHS.len()].fill(value);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_gradual_loop_does_as_its_equation_says() {
+        let (width, travel) = (0.5, 0.8);
+        let mut values = [width, travel].into_iter();
+        let effect: HysteresisGradual<f64> = HysteresisGradual::new(|| values.next().unwrap());
+        let mut own = [0.0; 2];
+        effect.settled(&mut own, 1.0);
+        let (mut before, mut h) = (1.0, 0.0f64);
+        for command in [1.0, 3.0, 2.9, 1.5, -4.0, -3.7, -3.9, 0.0] {
+            let step: f64 = (command - before) / 100_000.0;
+            for _ in 0..100_000 {
+                h += step * (1.0 - h * step.signum()) / travel;
+            }
+            before = command;
+            let found = effect.command(&mut own, command);
+            assert!(
+                (found - (command - width * h)).abs() < 1e-4,
+                "{command}: {found} {h}"
+            );
+        }
+    }
+
+    #[test]
+    fn many_plays_are_behind_by_their_width_and_their_small_loops_close() {
+        let mut values = [0.5, 2.0].into_iter();
+        let effect: HysteresisSpread<f64> = HysteresisSpread::new(|| values.next().unwrap());
+        let mut own = [0.0; 4];
+        effect.settled(&mut own, 0.0);
+        let mut go = |to: f64| to - effect.command(&mut own, to);
+        assert!((go(5.0) - 0.5).abs() < 1e-12);
+        let (left, turned) = (go(4.0), go(4.7));
+        // One round of a small loop ends where it began.
+        assert_eq!((go(4.0), go(4.7)), (left, turned));
+        assert!(left < 0.5 && (go(-5.0) + 0.5).abs() < 1e-12);
+        // Of a continuous density b (1 - 2 d / W + d^2 / 2 W^2) is left after d: nothing after (2 - sqrt 2) W.
+        let mut own = [5.0 - 0.25, 5.0 - 0.75, 5.0 - 1.25, 5.0 - 1.75];
+        let halfway = 5.0 - 2.0 * (2.0 - 2f64.sqrt());
+        let left = halfway - effect.command(&mut own, halfway);
+        assert!(left.abs() < 0.02, "{left}");
+    }
 
     #[test]
     fn behind_a_linkage_the_spool_stands_until_the_play_is_crossed() {

@@ -263,6 +263,10 @@ catalogue! {
     flow_saturation::FlowSaturationChoked = CHOKED,
     supply_droop::SupplyDroopLimited = LIMITED,
     dc_gain::DcGainHeating = HEATING,
+    hysteresis::HysteresisGradual = GRADUAL,
+    hysteresis::HysteresisSpread = SPREAD,
+    supply_droop::SupplyDroopOfAccumulator = ACCUMULATOR,
+    gain_curvature::GainOfLaminarFlow = LAMINAR,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -172,11 +172,13 @@ pub(super) const LIMITED: Entry = Entry {
     },
     trials: |scale, _| {
         let flow = scale.outputs[Output::Flow];
+        // What a supply feels is half of the largest flow, or less: of a pump that delivers more nothing shows.
         [
             (0.1, 20.0, 0.7),
-            (0.1, 100.0, 0.5),
+            (0.1, 100.0, 0.3),
+            (0.4, 100.0, 0.3),
             (0.4, 100.0, 0.7),
-            (0.4, 400.0, 0.5),
+            (0.4, 400.0, 0.3),
         ]
         .map(|(share, rows, pump)| {
             let droop = share * scale.rated_drop / flow;
@@ -222,9 +224,91 @@ impl<R: Real> Act<R> for SupplyDroopLimited<R> {
     }
 }
 
+pub(super) const ACCUMULATOR: Entry = Entry {
+    name: "supply_droop~accumulator",
+    summary: "An accumulator delivers what the pump does not: its gas is the softer the lower the pressure",
+    finding: "the supply pressure falls by {supply_droop_accumulator} of flow that is drawn, and on while more than {pump_flow_at_most} is, \
+              ever more slowly",
+    equation: "p = p0 - supply_droop_accumulator q, supply_lag_accumulator dq/dt = (|Q| - min(q, pump_flow_at_most)) (p / p0)^1.75",
+    shows: "flow that fades during long strokes of large openings, and comes back the more slowly the lower the pressure has become",
+    confused: "supply_droop~limited, whose volume is as stiff at any pressure; flow_saturation, which is there at once",
+    source: "gas of an accumulator, p V^n constant with n = 4/3, between slow and fast, filled by a pressure-compensated pump: Merritt, \
+             Hydraulic Control Systems, 1967; Murrenhoff, Grundlagen der Fluidtechnik",
+    parameters: |scale, _| {
+        let flow = scale.outputs[Output::Flow];
+        let (drop, most) = (scale.rated_drop, 2.0 * scale.rated_drop / flow);
+        vec![
+            Parameter::linear("supply_droop_accumulator", "bar/(L/min)", 0.0, 0.0, most),
+            lag("supply_lag_accumulator", scale),
+            Parameter::log(
+                "pump_flow_at_most",
+                "L/min",
+                0.05 * flow,
+                3.0 * flow,
+                3.0 * flow,
+            ),
+            Parameter::linear("charge_pressure", "bar", 0.0, drop, drop).fixed(),
+        ]
+    },
+    trials: |scale, _| (LIMITED.trials)(scale, None),
+    states: &["drawn_from_accumulator"],
+    ..ENTRY
+};
+
+/// The supply pressure falls on while more is drawn than its pump delivers, and the gas of its accumulator becomes softer.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SupplyDroopOfAccumulator<R> {
+    limited: SupplyDroopLimited<R>,
+    charge: R,
+}
+
+impl<R: Real> SupplyDroopOfAccumulator<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            limited: SupplyDroopLimited::new(&mut next),
+            charge: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for SupplyDroopOfAccumulator<R> {
+    #[inline(always)]
+    fn supply(&self, own: &[R], supply: R) -> R {
+        self.limited.supply(own, supply)
+    }
+
+    #[inline(always)]
+    fn drawn(&self, own: &[R], flow: R, slope: &mut [R]) {
+        self.limited.drawn(own, flow, slope);
+        let left = self.supply(own, self.charge) / self.charge;
+        slope[0] = slope[0] * left * (left * left.sqrt()).sqrt();
+    }
+
+    #[inline(always)]
+    fn settled_supply(&self, own: &mut [R], flow: R) {
+        self.limited.settled_supply(own, flow);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_gas_of_an_accumulator_gives_way_with_its_pressure() {
+        let mut values = [0.05, 0.02, 30.0, 10.0].into_iter();
+        let effect: SupplyDroopOfAccumulator<f64> =
+            SupplyDroopOfAccumulator::new(|| values.next().unwrap());
+        let mut slope = [0.0];
+        // What p V^(4/3) = constant leaves of a volume of 1 at 10 bar: V = (p0 / p)^(3/4), dp = -4/3 p / V dV.
+        effect.drawn(&[80.0], 40.0, &mut slope);
+        let pressure: f64 = 10.0 - 0.05 * 80.0;
+        let volume = (10.0 / pressure).powf(0.75);
+        let expected = 500.0 * (pressure / volume) / 10.0;
+        assert!((slope[0] - expected).abs() < 1e-9, "{slope:?} {expected}");
+        assert_eq!(effect.supply(&[80.0], 10.0), pressure);
+    }
 
     #[test]
     fn a_turbulent_loss_falls_with_the_square() {

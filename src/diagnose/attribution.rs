@@ -10,7 +10,7 @@ use super::screen::{LEVEL, Screened, Screening};
 use super::sensors::{of_a_sensor, with_sensors};
 use super::sought::{begun, least_costly, to_the_end};
 use super::stage::Stage;
-use super::verdict::{EXPLAINED, taken};
+use super::verdict::{EXPLAINED, counted, taken};
 use super::wide::widely;
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
@@ -763,7 +763,7 @@ impl<'a, 'b> Selection<'a, 'b> {
     }
 
     /// What share of what is left above the noise is taken of by what the sensors add, all together and first, and by each of the others
-    /// that were `added`. A zero that is off may be small beside a cause that hides it.
+    /// that were `added`, or of what the others leave without it, where that is nearly all. A zero that is off may be small beside a cause that hides it.
     fn shares(&self, base: &Model, model: &Model, added: &[Added]) -> Vec<f64> {
         let order = added.iter().map(|one| one.effect);
         let (sensors, causes): (Vec<Effect>, Vec<Effect>) = order.partition(of_a_sensor);
@@ -777,7 +777,13 @@ impl<'a, 'b> Selection<'a, 'b> {
             let [before, after] = [first.error_before, last.error_after];
             taken(before.powi(2), after.powi(2))
         });
-        let own = causes.iter().map(Added::taken);
+        let own = causes.iter().map(|one| {
+            counted(one.taken(), || {
+                let without = self.without(model, one.effect);
+                let left = without.map(|other| other.loss(Side::HoldOut));
+                left.map_or(0.0, |left| taken(left, model.loss(Side::HoldOut)))
+            })
+        });
         // Beside causes it may be little.
         let joint = joint.map(|share| if causes.is_empty() { share } else { 1.0 });
         joint.into_iter().chain(own).collect()

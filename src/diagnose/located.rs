@@ -54,7 +54,7 @@ impl Place {
         }
     }
 
-    /// Where all of `effects` act, but for zeros that are off and lags of channels beside others; `None` where there are none.
+    /// Where all of `effects` act, but for zeros, scales and lags that any bench adds beside others; `None` where there are none.
     pub(crate) fn of_all(effects: &[Effect]) -> Option<Self> {
         let causes = effects.iter().filter(|effect| !of_a_sensor(effect));
         let counting = match causes.clone().next() {
@@ -128,7 +128,7 @@ impl Located {
 }
 
 /// Where `fitted` fails; `None` where it has no two pieces, where one does not fit at all, or where none fails. Several places are one
-/// where the others fail by zeros that are off and by lags of sensors alone.
+/// where the others fail by what any bench adds alone.
 pub(super) fn located(
     fitted: &Fitted,
     measurements: &Measurements,
@@ -349,6 +349,8 @@ mod tests {
             (&["friction", "sensor_lag.flow"], Some(Place::BeforeSpool)),
             (&["sensor_lag.flow", "null_bias"], Some(Place::Several)),
             (&["sensor_lag.spool", "overlap"], Some(Place::Several)),
+            (&["dc_gain", "overlap"], Some(Place::BehindSpool)),
+            (&["dc_gain"], Some(Place::BeforeSpool)),
             (&["sensor_offset.spool"], Some(Place::SpoolSensor)),
             (&[], None),
         ] {

@@ -16,12 +16,12 @@
 //!    the measurement and then let go, and where that leaves much, all effects are searched for in a wide space. All this seeks
 //!    on lively stretches of about 2400 rows; what leads somewhere is polished on all by which effects are chosen.
 //! 4. *Grades*: effects are `found` if they bring the held-out error of every channel to its noise and leave nothing structured,
-//!    and a part (`partly`) if they explain 80 % of what was above it, each of them 40 % of what those before it have left
-//!    where they do not reach the noise, and the model follows half of each channel's motion. Several that take a little each are
-//!    pieces of a curve that is none of theirs. Otherwise the verdict is `none` where the base model follows every channel nearly
-//!    to its noise, and `unexplained` where it does not, or where the record cannot tell four causes from each other; of what is
-//!    `unexplained` the report describes what is missing by a curve of one signal at one port, under `free_form`, never under a
-//!    physical name.
+//!    and a part (`partly`) if they explain 80 % of what was above it, each of them 40 % of what those before it have left, or 80 %
+//!    of what is left without it, where they do not reach the noise, and the model follows half of each channel's motion. Several
+//!    that take a little each are pieces of a curve that is none of theirs. Otherwise the verdict is `none` where the base model
+//!    follows every channel nearly to its noise, and `unexplained` where it does not, or where the record cannot tell four causes
+//!    from each other; of what is `unexplained` the report describes what is missing by a curve of one signal at one port, under
+//!    `free_form`, never under a physical name.
 //!    Parameters that the fitted rows do not determine, or less closely than the held-out rows ask for, are set by these, within
 //!    what the fitted rows allow, for every model alike.
 //! 5. *Not asked*: where no effect was looked for, or not to the end, the verdict is `not_diagnosed`.

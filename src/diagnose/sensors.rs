@@ -1,5 +1,5 @@
-//! What any bench adds to a record: zeros that are a little off, and a flow meter that lags. Each takes little of what the others and a
-//! cause leave, so that none would be chosen alone: they are sought together, and count as one.
+//! What any bench adds to a record: zeros that are a little off, a scale of the spool that is, and a flow meter that lags. Each takes
+//! little of what the others and a cause leave, so that none would be chosen alone: they are sought together, and count as one.
 
 use super::evidence::{Evidence, Model, Side};
 use crate::model::effects::{Effect, Port, known};
@@ -14,7 +14,7 @@ pub(super) fn with_sensors(
     allowed: impl Fn(&Effect) -> bool,
     worth: impl Fn(&Model, &Model) -> bool,
 ) -> Option<(Vec<Effect>, Model)> {
-    let all = zeros_and_lags(model.structure());
+    let all = of_any_bench(model.structure());
     let all: Vec<Effect> = all.filter(allowed).collect();
     let own = |effect: &Effect| effect.output.is_some();
     // Where all channels are off by what one shift of the command makes, it is that.
@@ -39,25 +39,27 @@ pub(super) fn with_sensors(
     found.into_iter().nth(place)
 }
 
-/// Whether `effect` is a zero that is off, or a lag of a channel other than the spool, of which a lag is one more of the loop that
-/// moves it.
+/// Whether `effect` is a zero or a scale that is off, or a lag of a channel other than the spool, of which a lag is one more of the
+/// loop that moves it.
 pub(super) fn of_a_sensor(effect: &Effect) -> bool {
     let lags = effect.is_a_lag() && effect.output != Some(Output::Spool);
-    effect.is_a_zero() || lags
+    effect.is_a_zero() || effect.is_a_gain() || lags
 }
 
-/// The zeros and lags that the sensors of `structure` may have, and the zero of its command, where it has none of these causes.
-fn zeros_and_lags(structure: &Structure) -> impl Iterator<Item = Effect> {
+/// The zeros and lags that the sensors of `structure` may have, and the zero and the scale of its command, where it has none of these
+/// causes.
+fn of_any_bench(structure: &Structure) -> impl Iterator<Item = Effect> {
     let all = known().flat_map(|entry| entry.on(structure));
     let new = |effect: &Effect| !structure.has_cause_of(effect);
-    let own = |one: &Effect| one.is_a_zero() || one.entry.port == Port::Measurement;
+    let own =
+        |one: &Effect| one.is_a_zero() || one.is_a_gain() || one.entry.port == Port::Measurement;
     all.filter(move |one| of_a_sensor(one) && own(one) && new(one))
 }
 
-/// Those of its sensors.
+/// Those of its sensors: where the spool is in the command's unit, its scale.
 pub(super) fn of_sensors(structure: &Structure) -> Vec<Effect> {
-    let own = |effect: &Effect| effect.output.is_some();
-    zeros_and_lags(structure).filter(own).collect()
+    let own = |effect: &Effect| effect.output.is_some() || effect.is_a_gain();
+    of_any_bench(structure).filter(own).collect()
 }
 
 /// `model` with all of `effects`.

@@ -58,6 +58,16 @@ pub(super) fn taken(before: f64, after: f64) -> f64 {
     }
 }
 
+/// The share that counts of an effect: of what those before it have left, or, where that is little, of what is left without it, if
+/// that is nearly all. Of two in two channels the first takes little of what both leave.
+pub(super) fn counted(of_left: f64, of_left_without: impl FnOnce() -> f64) -> f64 {
+    if of_left >= TAKEN {
+        return of_left;
+    }
+    let needed = of_left_without();
+    if needed >= EXPLAINED { needed } else { of_left }
+}
+
 /// The criteria of the verdict.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Criteria {
@@ -139,6 +149,18 @@ mod tests {
             least_followed: 0.9,
             least_ratio,
             near_before: false,
+        }
+    }
+
+    #[test]
+    fn an_effect_counts_by_what_is_left_without_it_where_that_is_nearly_all() {
+        for (of_left, without, expected) in [
+            (0.5, 0.1, 0.5),
+            (0.3, 0.7, 0.3),
+            (0.3, 0.9, 0.9),
+            (0.3, 0.8, 0.8),
+        ] {
+            assert_eq!(counted(of_left, || without), expected);
         }
     }
 

@@ -106,6 +106,16 @@ impl Effect {
         action.command(&mut [], 0.0) + action.measure(&[], 0.0, &nothing) != 0.0
     }
 
+    /// Whether it is that the command counts as another share of itself, and no more than that.
+    pub(crate) fn is_a_gain(&self) -> bool {
+        let (action, parameters) = self.all_at(2.0);
+        let alone = self.entry.states.is_empty() && parameters == 1;
+        alone
+            && [1.0, -3.0]
+                .iter()
+                .all(|&u| action.command(&mut [], u) == 2.0 * u)
+    }
+
     /// Whether it is a lag of first order of one channel, and no more than that.
     pub(crate) fn is_a_lag(&self) -> bool {
         let filters = self.output.is_some() && self.entry.states.len() == 1;
@@ -114,10 +124,15 @@ impl Effect {
 
     /// It with 1 for each of its parameters, and how many these are.
     fn simplest(&self) -> (Action<f64>, usize) {
+        self.all_at(1.0)
+    }
+
+    /// It with this `value` of each of its parameters, and how many these are.
+    fn all_at(&self, value: f64) -> (Action<f64>, usize) {
         let mut parameters = 0;
         let action = Action::new(self.entry.name, || {
             parameters += 1;
-            1.0
+            value
         });
         (action, parameters)
     }
@@ -241,5 +256,6 @@ mod tests {
         };
         assert_eq!(named(Effect::is_a_zero), ["null_bias", "sensor_offset"]);
         assert_eq!(named(Effect::is_a_lag), ["compressibility", "sensor_lag"]);
+        assert_eq!(named(Effect::is_a_gain), ["dc_gain"]);
     }
 }

@@ -210,6 +210,14 @@ fn what_comes_closest_is_told_where_nothing_fits() {
     let explained = nearest[0]["explained"].as_f64().unwrap();
     assert!(0.0 < explained && explained < 0.8, "{explained}");
     assert!(printed.contains("Of the error above the noise come closest: dead_band ("));
+    // A cause once, by its best form.
+    let forms = "gain_curvature~knee,gain_curvature~shaped";
+    let (report, printed) = identified(folder.path(), "supply_droop=0.2", forms);
+    let nearest = report["nearest"].as_array().unwrap();
+    assert_eq!(nearest.len(), 1, "{nearest:?}");
+    let form = nearest[0]["form"].as_str().unwrap();
+    let told = format!("come closest: gain_curvature~{form} (");
+    assert!(printed.contains(&told), "{printed}");
 }
 
 /// Forms whose records other forms of the same cause, or other causes, follow nearly.

@@ -763,7 +763,8 @@ impl<'a, 'b> Selection<'a, 'b> {
     }
 
     /// What share of what is left above the noise is taken of by what the sensors add, all together and first, and by each of the others
-    /// that were `added`, or of what the others leave without it, where that is nearly all. A zero that is off may be small beside a cause that hides it.
+    /// that were `added`, or of what the others leave without it, where that is nearly all. A zero that is off may be small beside a
+    /// cause that hides it.
     fn shares(&self, base: &Model, model: &Model, added: &[Added]) -> Vec<f64> {
         let order = added.iter().map(|one| one.effect);
         let (sensors, causes): (Vec<Effect>, Vec<Effect>) = order.partition(of_a_sensor);

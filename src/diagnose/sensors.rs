@@ -51,8 +51,7 @@ pub(super) fn of_a_sensor(effect: &Effect) -> bool {
 fn of_any_bench(structure: &Structure) -> impl Iterator<Item = Effect> {
     let all = known().flat_map(|entry| entry.on(structure));
     let new = |effect: &Effect| !structure.has_cause_of(effect);
-    let own =
-        |one: &Effect| one.is_a_zero() || one.is_a_gain() || one.entry.port == Port::Measurement;
+    let own = |one: &Effect| !one.is_a_lag() || one.entry.port == Port::Measurement;
     all.filter(move |one| of_a_sensor(one) && own(one) && new(one))
 }
 

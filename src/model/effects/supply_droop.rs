@@ -162,13 +162,11 @@ pub(super) const LIMITED: Entry = Entry {
     confused: "supply_droop, which comes to rest; flow_saturation, which is there at once",
     source: "a pump that delivers all it can into an accumulator: Merritt, Hydraulic Control Systems, 1967; pressure-compensated pumps",
     parameters: |scale, _| {
-        let flow = scale.outputs[Output::Flow];
-        let most = 2.0 * scale.rated_drop / flow;
-        vec![
-            Parameter::linear("supply_droop_limited", "bar/(L/min)", 0.0, 0.0, most),
-            lag("supply_lag_limited", scale),
-            Parameter::log("pump_flow", "L/min", 0.05 * flow, 3.0 * flow, 3.0 * flow),
-        ]
+        of_a_pump(
+            ["supply_droop_limited", "supply_lag_limited", "pump_flow"],
+            scale,
+        )
+        .into()
     },
     trials: |scale, _| {
         let flow = scale.outputs[Output::Flow];
@@ -189,6 +187,17 @@ pub(super) const LIMITED: Entry = Entry {
     states: &["drawn_from_pump"],
     ..ENTRY
 };
+
+/// What a supply has whose pump delivers no more: how far it falls, how late, and its pump's flow.
+fn of_a_pump([droop, late, pump]: [&str; 3], scale: &Scale) -> [Parameter; 3] {
+    let flow = scale.outputs[Output::Flow];
+    let most = 2.0 * scale.rated_drop / flow;
+    [
+        Parameter::linear(droop, "bar/(L/min)", 0.0, 0.0, most),
+        lag(late, scale),
+        Parameter::log(pump, "L/min", 0.05 * flow, 3.0 * flow, 3.0 * flow),
+    ]
+}
 
 /// The supply pressure falls on while more is drawn than its pump delivers.
 #[derive(Debug, Clone)]
@@ -235,20 +244,17 @@ pub(super) const ACCUMULATOR: Entry = Entry {
     source: "gas of an accumulator, p V^n constant with n = 4/3, between slow and fast, filled by a pressure-compensated pump: Merritt, \
              Hydraulic Control Systems, 1967; Murrenhoff, Grundlagen der Fluidtechnik",
     parameters: |scale, _| {
-        let flow = scale.outputs[Output::Flow];
-        let (drop, most) = (scale.rated_drop, 2.0 * scale.rated_drop / flow);
-        vec![
-            Parameter::linear("supply_droop_accumulator", "bar/(L/min)", 0.0, 0.0, most),
-            lag("supply_lag_accumulator", scale),
-            Parameter::log(
-                "pump_flow_at_most",
-                "L/min",
-                0.05 * flow,
-                3.0 * flow,
-                3.0 * flow,
-            ),
-            Parameter::linear("charge_pressure", "bar", 0.0, drop, drop).fixed(),
-        ]
+        let names = [
+            "supply_droop_accumulator",
+            "supply_lag_accumulator",
+            "pump_flow_at_most",
+        ];
+        let drop = scale.rated_drop;
+        let charge = Parameter::linear("charge_pressure", "bar", 0.0, drop, drop).fixed();
+        of_a_pump(names, scale)
+            .into_iter()
+            .chain([charge])
+            .collect()
     },
     trials: |scale, _| (LIMITED.trials)(scale, None),
     states: &["drawn_from_accumulator"],

@@ -533,6 +533,13 @@ fn a_command_far_beyond_its_full_scale_is_in_another_unit() {
         assert!(!output.status.success() && !folder.path().join("out").exists());
         String::from_utf8(output.stderr).unwrap()
     };
+    for scale in ["10V", "10 V", "100%"] {
+        let error = run("V", &["--full-scale", scale]);
+        let number = scale.trim_end_matches(['V', '%', ' ']);
+        let remedy =
+            format!("give the number alone, in the unit of the record's command: {number}");
+        assert!(error.contains(&remedy), "{error}");
+    }
     for (unit, more) in [("%", &["--full-scale", "10"][..]), ("V", &[])] {
         let error = run(unit, more);
         let place = format!("run.csv, column \"command [{unit}]\", sample 100");

@@ -20,7 +20,7 @@ pub(super) struct RunOptions {
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
     /// Command at full scale, in its unit [default: 10 for V, 100 for %, otherwise the largest command]
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", value_parser = bare_number)]
     pub(super) full_scale: Option<f64>,
     /// Overwrite the results in a folder that exists
     #[arg(long)]
@@ -38,6 +38,16 @@ pub(super) struct RunOptions {
     /// Print nothing but warnings and errors, and what --json asks for
     #[arg(long, short)]
     pub(super) quiet: bool,
+}
+
+/// A number; with a unit behind it the remedy is to leave that out.
+fn bare_number(text: &str) -> std::result::Result<f64, String> {
+    let unit = |c: char| c.is_alphabetic() || c == '%' || c.is_whitespace();
+    let bare = text.trim_end_matches(unit);
+    text.parse().map_err(|error| match bare.parse::<f64>() {
+        Ok(_) => format!("give the number alone, in the unit of the record's command: {bare}"),
+        Err(_) => format!("{error}"),
+    })
 }
 
 impl RunOptions {

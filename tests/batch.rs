@@ -248,8 +248,9 @@ fn the_valve_that_departs_from_its_siblings_is_named_with_its_cause() {
     )
     .unwrap();
     write(folder.path().join("good.csv"), record(11, &[])).unwrap();
+    let effects = ["--effects", "hysteresis,friction,dead_band,null_bias,delay"];
     for more in [&["--baseline", "good.csv"][..], &["--force"]] {
-        let told = printed(&batch(folder.path(), more));
+        let told = printed(&batch(folder.path(), &[&effects[..], more].concat()));
         let departs: Vec<&str> = told
             .lines()
             .filter(|line| line.contains(" departs in "))

@@ -419,12 +419,8 @@ fn populations(problem: &Problem) -> Vec<Population> {
 
 /// Every structure and record of the tests, and a long one on which hardly damped candidates are chaotic.
 fn problems() -> Vec<(String, Problem)> {
-    let mut all: Vec<(String, Problem)> = common::effects::cases();
-    all.extend(
-        cases()
-            .into_iter()
-            .map(|case| (case.name.into(), case.problem)),
-    );
+    let named = |case: common::Case| (case.name.into(), case.problem);
+    let mut all: Vec<(String, Problem)> = cases().into_iter().map(named).collect();
     let wide = case("actuator, default bounds").problem;
     let long = common::Record::new(6000, 2e-3, 12.0);
     let long = common::problem(wide.structure, wide.parameters, vec![long]);
@@ -432,9 +428,9 @@ fn problems() -> Vec<(String, Problem)> {
     all
 }
 
-fn assert_right(guarded: &mut Guarded) {
+fn assert_right(guarded: &mut Guarded, problems: Vec<(String, Problem)>) {
     let mut judged = 0;
-    for (name, problem) in problems() {
+    for (name, problem) in problems {
         for population in populations(&problem) {
             let problem = anew(&problem);
             guarded.costs(&problem, &population).expect("costs");
@@ -448,8 +444,12 @@ fn assert_right(guarded: &mut Guarded) {
 #[test]
 fn a_right_device_is_never_refused() {
     let right = CpuEvaluator::new(Precision::F32);
-    assert_right(&mut Guarded::new(device(right.clone()), []).unwrap());
-    assert_right(&mut Guarded::new(device(Rounded(right)), []).unwrap());
+    let all = || [problems(), common::effects::cases()].concat();
+    assert_right(&mut Guarded::new(device(right.clone()), []).unwrap(), all());
+    assert_right(
+        &mut Guarded::new(device(Rounded(right)), []).unwrap(),
+        all(),
+    );
 }
 
 #[test]
@@ -457,7 +457,11 @@ fn a_right_gpu_is_never_refused() {
     let Some(gpu) = common::gpu(Checks::Off) else {
         return;
     };
-    assert_right(&mut Guarded::new(device(gpu), []).unwrap());
+    // Of the effects, each of which takes a shader of its own, one in eight, others where tests have hours.
+    let effects = common::effects::cases().into_iter();
+    let effects = effects.step_by(if soak() { 1 } else { 8 });
+    let all = problems().into_iter().chain(effects).collect();
+    assert_right(&mut Guarded::new(device(gpu), []).unwrap(), all);
 }
 
 #[test]

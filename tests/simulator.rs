@@ -126,7 +126,7 @@ fn half_the_step_changes_nothing_to_speak_of() {
         for valve in &valves[..if soak() { 2 } else { 1 }] {
             let setup = Setup {
                 valve: *valve,
-                seconds: 3.0,
+                seconds: 1.5,
                 ..setup.clone()
             };
             let fine = Setup {

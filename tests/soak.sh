@@ -5,7 +5,7 @@
 #
 # Parts, all of them without arguments:
 #   debug     every test with the checks of debug builds: overflows, assertions
-#   kill      runs killed a hundred times; 64 runs side by side; huge files
+#   kill      runs killed a hundred times; 64 runs side by side; huge files; every effect on the GPU, wherever it may be
 #   mpi       ranks under mpirun
 #   outside   a crate that depends on this one, built in a folder of its own
 #   load      a hundred records of a million rows in one call
@@ -25,7 +25,8 @@ debug_part() {
 }
 
 kill_part() {
-    SERVOBEE_SOAK=1 cargo test --release --locked --test all -- --show-output resume:: surroundings:: identify:: diagnosis::
+    SERVOBEE_SOAK=1 cargo test --release --locked --test all -- --show-output resume:: surroundings:: identify:: diagnosis:: \
+        effects:: faults:: simulator::
     SERVOBEE_HUGE=1 cargo test --release --locked --test all -- --show-output bad::
 }
 

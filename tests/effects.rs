@@ -92,6 +92,8 @@ fn the_catalogue_is_that_of_the_reference() {
         "hysteresis",
         "command_lag",
         "command_lag~second_order",
+        "delay~loop",
+        "command_lag~loop",
         "command_hum",
         "command_hum~overtone",
         "null_bias~settling",
@@ -530,7 +532,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 87] = [
+const TWINS: [Twin; 89] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -597,6 +599,12 @@ const TWINS: [Twin; 87] = [
         "spool_resonance~lagged=90:damping=0.4",
         "spool_resonance~lagged",
         &[("spool_frequency", 90.0), ("spool_damping_lagged", 0.4)],
+    ),
+    ("delay~loop=0.0015", "delay~loop", &[("loop_delay", 0.0015)]),
+    (
+        "command_lag~loop=0.002",
+        "command_lag~loop",
+        &[("loop_lag", 2.0 / 3.0)],
     ),
     ("slew_limit=300", "slew_limit", &[("slew_limit", 300.0)]),
     ("slew_limit=120", "slew_limit", &[("slew_limit", 120.0)]),
@@ -1015,6 +1023,11 @@ fn the_rig_shows_the_same() {
         }
         let (top, rms) = off_the_rig(&setup, &[(effect, values)]);
         println!("{top:.1e} (rms {rms:.1e}) {planted}");
+        if effect == "delay~loop" {
+            // The approximant of the model begins to answer before the delay of the rig is over.
+            assert!(top < 1e-3 && rms < 1e-4, "{top:.1e} (rms {rms:.1e})");
+            continue;
+        }
         if top > worst.0 {
             worst = (top, planted);
         }

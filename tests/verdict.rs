@@ -220,136 +220,24 @@ fn what_comes_closest_is_told_where_nothing_fits() {
     assert!(printed.contains(&told), "{printed}");
 }
 
-/// Forms whose records other forms of the same cause, or other causes, follow nearly.
-#[test]
-fn a_form_is_told_from_what_comes_near_it() {
-    for (planted, asked, effect, values) in [
-        (
-            "dead_band~compensated=0.3:start=0.06",
-            "dead_band,null_bias,dc_gain",
-            ("dead_band", "compensated"),
-            &[("compensation", 0.3), ("compensation_start", 0.06)][..],
-        ),
-        (
-            "hysteresis~linkage=0.15",
-            "hysteresis,friction,delay",
-            ("hysteresis", "linkage"),
-            &[("hysteresis_linkage", 0.15)],
-        ),
-        (
-            "flow_force~angle=0.2:turn=0.6:span=2",
-            "flow_force,feedback_curvature,dead_band",
-            ("flow_force", "angle"),
-            &[("flow_force_near_null", 0.2), ("flow_force_turn", 0.6)],
-        ),
-        (
-            "integral_action~windup=20",
-            "integral_action,feed_forward,command_lag",
-            ("integral_action", "windup"),
-            &[("integral_action_windup", 20.0)],
-        ),
-        (
-            "slew_limit~ramps=110:closing=320",
-            "slew_limit,command_lag,flow_force",
-            ("slew_limit", "ramps"),
-            &[
-                ("opening_ramp", 10.0 / 110.0),
-                ("closing_ramp", 10.0 / 320.0),
-            ],
-        ),
-        (
-            "flow_saturation~choked=60:negative=1000",
-            "flow_saturation,gain_curvature,asymmetric_gain,stroke_limit",
-            ("flow_saturation", "choked"),
-            &[("choked_up", 60.0)],
-        ),
-        (
-            "supply_droop~limited=0.1:lag=0.15:pump=20",
-            "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
-            ("supply_droop", "limited"),
-            &[("pump_flow", 20.0)],
-        ),
-        (
-            "supply_droop~accumulator=0.1:lag=0.15:pump=20",
-            "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
-            ("supply_droop", "accumulator"),
-            &[("pump_flow_at_most", 20.0)],
-        ),
-        (
-            "gain_curvature~laminar=0.08",
-            "gain_curvature,overlap,asymmetric_gain",
-            ("gain_curvature", "laminar"),
-            &[("laminar_opening", 8.0)],
-        ),
-        (
-            "hysteresis~gradual=0.3:travel=0.8",
-            "hysteresis,friction,command_lag",
-            ("hysteresis", "gradual"),
-            &[("hysteresis_gradual", 0.3), ("hysteresis_travel", 0.8)],
-        ),
-        (
-            "hysteresis~spread=0.3:widest=1.5",
-            "hysteresis,friction,command_lag",
-            ("hysteresis", "spread"),
-            &[("hysteresis_spread", 0.3)],
-        ),
-        (
-            "dc_gain~heating=0.9:time=0.8",
-            "dc_gain,flow_force,feedback_curvature,null_bias",
-            ("dc_gain", "heating"),
-            &[("coil_heating", 4.0 / 0.9 - 4.0), ("coil_time", 0.8)],
-        ),
-        (
-            "dc_gain~creeping=0.95:time=0.4",
-            "dc_gain,integral_action,null_bias,hysteresis",
-            ("dc_gain", "creeping"),
-            &[("creep", 0.05), ("creep_time", 0.4)],
-        ),
-        (
-            "integral_action~tracking=40:tracking=60",
-            "integral_action,feed_forward,command_lag",
-            ("integral_action", "tracking"),
-            &[("integral_action_tracked", 40.0), ("tracking_rate", 60.0)],
-        ),
-        (
-            "integral_action~clamping=40",
-            "integral_action,feed_forward,command_lag",
-            ("integral_action", "clamping"),
-            &[("integral_action_clamped", 40.0)],
-        ),
-        (
-            "integral_action~limited=20:limit=0.3",
-            "integral_action,hysteresis,friction",
-            ("integral_action", "limited"),
-            &[("integral_action_limited", 20.0), ("integral_limit", 0.3)],
-        ),
-        (
-            "sensor_lag~turbine.flow=0.004:at=60:drag=0.02",
-            "sensor_lag,compressibility,line_resonance,overlap",
-            ("sensor_lag", "turbine"),
-            &[],
-        ),
-        (
-            "line_resonance~share=60:damping=0.1:share=0.4",
-            "line_resonance,sensor_lag,compressibility",
-            ("line_resonance", "share"),
-            &[("side_frequency_flow", 60.0), ("side_share_flow", 0.4)],
-        ),
-        (
-            "slew_limit~uneven=150:negative=300:bend=0.4",
-            "slew_limit,asymmetric_gain,command_lag",
-            ("slew_limit", "uneven"),
-            &[("uneven_limit_up", 150.0), ("uneven_limit_down", 300.0)],
-        ),
-    ] {
+/// What is planted, the causes that are asked for, the cause and the form that it is, and values of its parameters.
+type OfAForm = (
+    &'static str,
+    &'static str,
+    [&'static str; 2],
+    &'static [(&'static str, f64)],
+);
+
+fn assert_told(forms: &[OfAForm]) {
+    for (planted, asked, effect, values) in forms {
         let folder = tempfile::tempdir().unwrap();
         let (report, printed) = identified(folder.path(), planted, asked);
         assert_eq!(report["verdict"], "found", "{printed}");
         let effects = report["effects"].as_array().unwrap();
         assert_eq!(effects.len(), 1, "{printed}");
         let named = [&effects[0]["name"], &effects[0]["form"]];
-        assert_eq!(named, [effect.0, effect.1], "{printed}");
-        for (name, value) in values {
+        assert_eq!(named, *effect, "{printed}");
+        for (name, value) in *values {
             let parameters = report["parameters"].as_array().unwrap();
             let own = parameters.iter().find(|one| one["name"] == *name).unwrap();
             let [found, low, high] =
@@ -358,6 +246,148 @@ fn a_form_is_told_from_what_comes_near_it() {
             assert!(near && low < high, "{name}: {low} {found} {high}");
         }
     }
+}
+
+/// Forms whose records other forms of the same cause, or other causes, follow nearly.
+#[test]
+fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
+    assert_told(&[
+        (
+            "dead_band~compensated=0.3:start=0.06",
+            "dead_band,null_bias,dc_gain",
+            ["dead_band", "compensated"],
+            &[("compensation", 0.3), ("compensation_start", 0.06)],
+        ),
+        (
+            "hysteresis~linkage=0.15",
+            "hysteresis,friction,delay",
+            ["hysteresis", "linkage"],
+            &[("hysteresis_linkage", 0.15)],
+        ),
+        (
+            "flow_force~angle=0.2:turn=0.6:span=2",
+            "flow_force,feedback_curvature,dead_band",
+            ["flow_force", "angle"],
+            &[("flow_force_near_null", 0.2), ("flow_force_turn", 0.6)],
+        ),
+        (
+            "integral_action~windup=20",
+            "integral_action,feed_forward,command_lag",
+            ["integral_action", "windup"],
+            &[("integral_action_windup", 20.0)],
+        ),
+        (
+            "slew_limit~ramps=110:closing=320",
+            "slew_limit,command_lag,flow_force",
+            ["slew_limit", "ramps"],
+            &[
+                ("opening_ramp", 10.0 / 110.0),
+                ("closing_ramp", 10.0 / 320.0),
+            ],
+        ),
+        (
+            "hysteresis~gradual=0.3:travel=0.8",
+            "hysteresis,friction,command_lag",
+            ["hysteresis", "gradual"],
+            &[("hysteresis_gradual", 0.3), ("hysteresis_travel", 0.8)],
+        ),
+        (
+            "hysteresis~spread=0.3:widest=1.5",
+            "hysteresis,friction,command_lag",
+            ["hysteresis", "spread"],
+            &[("hysteresis_spread", 0.3)],
+        ),
+        (
+            "delay~loop=0.003",
+            "delay,spool_resonance,command_lag,sensor_lag",
+            ["delay", "loop"],
+            &[("loop_delay", 0.003)],
+        ),
+        (
+            "command_lag~loop=0.0015",
+            "delay,spool_resonance,command_lag,sensor_lag",
+            ["command_lag", "loop"],
+            &[("loop_lag", 0.5)],
+        ),
+        (
+            "dc_gain~heating=0.9:time=0.8",
+            "dc_gain,flow_force,feedback_curvature,null_bias",
+            ["dc_gain", "heating"],
+            &[("coil_heating", 4.0 / 0.9 - 4.0), ("coil_time", 0.8)],
+        ),
+        (
+            "dc_gain~creeping=0.95:time=0.4",
+            "dc_gain,integral_action,null_bias,hysteresis",
+            ["dc_gain", "creeping"],
+            &[("creep", 0.05), ("creep_time", 0.4)],
+        ),
+        (
+            "integral_action~tracking=40:tracking=60",
+            "integral_action,feed_forward,command_lag",
+            ["integral_action", "tracking"],
+            &[("integral_action_tracked", 40.0), ("tracking_rate", 60.0)],
+        ),
+        (
+            "integral_action~clamping=40",
+            "integral_action,feed_forward,command_lag",
+            ["integral_action", "clamping"],
+            &[("integral_action_clamped", 40.0)],
+        ),
+        (
+            "integral_action~limited=20:limit=0.3",
+            "integral_action,hysteresis,friction",
+            ["integral_action", "limited"],
+            &[("integral_action_limited", 20.0), ("integral_limit", 0.3)],
+        ),
+        (
+            "slew_limit~uneven=150:negative=300:bend=0.4",
+            "slew_limit,asymmetric_gain,command_lag",
+            ["slew_limit", "uneven"],
+            &[("uneven_limit_up", 150.0), ("uneven_limit_down", 300.0)],
+        ),
+    ]);
+}
+
+#[test]
+fn a_form_behind_the_spool_is_told_from_what_comes_near_it() {
+    assert_told(&[
+        (
+            "flow_saturation~choked=60:negative=1000",
+            "flow_saturation,gain_curvature,asymmetric_gain,stroke_limit",
+            ["flow_saturation", "choked"],
+            &[("choked_up", 60.0)],
+        ),
+        (
+            "supply_droop~limited=0.1:lag=0.15:pump=20",
+            "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
+            ["supply_droop", "limited"],
+            &[("pump_flow", 20.0)],
+        ),
+        (
+            "supply_droop~accumulator=0.1:lag=0.15:pump=20",
+            "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
+            ["supply_droop", "accumulator"],
+            &[("pump_flow_at_most", 20.0)],
+        ),
+        (
+            "gain_curvature~laminar=0.08",
+            "gain_curvature,overlap,asymmetric_gain",
+            ["gain_curvature", "laminar"],
+            &[("laminar_opening", 8.0)],
+        ),
+        (
+            "sensor_lag~turbine.flow=0.004:at=60:drag=0.02",
+            "sensor_lag,compressibility,line_resonance,overlap",
+            ["sensor_lag", "turbine"],
+            &[],
+        ),
+        (
+            "line_resonance~share=60:damping=0.1:share=0.4",
+            "line_resonance,sensor_lag,compressibility",
+            ["line_resonance", "share"],
+            &[("side_frequency_flow", 60.0), ("side_share_flow", 0.4)],
+        ),
+    ]);
 }
 
 /// slew_limit~sides has a parameter less, and so few events tell the two apart that the rows do not surely prefer either; but it

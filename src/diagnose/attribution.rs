@@ -28,7 +28,7 @@ const PLAUSIBLE: f64 = 0.25;
 /// Most effects that are refitted in one round, and most pairs.
 const REFITTED: (usize, usize) = (8, 4);
 /// Most effects that are polished to the end in a round after the first, in the place of another, or with other poles.
-const FOLLOWED: usize = 4;
+const FOLLOWED: usize = 6;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
 const LEFT_OPEN: f64 = 1.3;

@@ -167,6 +167,11 @@ impl Open {
         }
         let speed = valve.gain * valve.saturation;
         let dial = match kind {
+            // A loop that is later by about 1 / gain is not stable.
+            Kind::Delay if form == Form::Loop => Dial::rising(0.2, 0.6).times(1.0 / valve.gain),
+            Kind::CommandLag if form == Form::Loop => {
+                Dial::rising(0.2, 0.9).times(1.0 / valve.gain)
+            }
             Kind::Delay => Dial::rising(0.002, 0.08),
             Kind::DeadBand => Dial::rising(0.2, 2.5),
             Kind::DcGain if form == Form::Heating => Dial::limit(0.995, 0.96, 0.7),

@@ -99,6 +99,8 @@ pub enum Form {
     Windup,
     /// A resonance behind the valve's lag, with a damping of its own.
     Lagged,
+    /// A delay, or a lag, between what the controller of the spool's loop puts out and the valve.
+    Loop,
     /// A limit of its own to either side.
     Sides,
     /// A limit on the speed of the command.
@@ -185,6 +187,7 @@ impl Form {
             Self::Integrator => "integrator",
             Self::Windup => "windup",
             Self::Lagged => "lagged",
+            Self::Loop => "loop",
             Self::Sides => "sides",
             Self::Command => "command",
             Self::Dahl => "dahl",
@@ -285,7 +288,7 @@ impl Kind {
             name, unit, place, range, typical, forms, keys,
         };
         match self {
-            Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade], &[]),
+            Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade, Form::Loop], &[]),
             Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2,
                 &[Form::Compensated], &[("start", 0.06, &[Form::Compensated])]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96,
@@ -295,7 +298,7 @@ impl Kind {
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach, Form::Gradual, Form::Spread, Form::Feedback, Form::Linkage],
                 &[("width", f64::NAN, &[Form::BoucWen]), ("travel", 0.5, &[Form::Gradual]), ("widest", 1.0, &[Form::Spread])]),
-            Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder], &[]),
+            Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder, Form::Loop], &[]),
             Self::CommandHum => entry("command_hum", "V", "electronics", (0.0, 10.0), 0.2,
                 &[Form::Overtone], HUM),
             Self::FeedForward => entry("feed_forward", "s", "spool", (0.0, 1.0), 0.003, &[], &[]),

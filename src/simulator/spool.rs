@@ -4,6 +4,7 @@ use super::filter::runge_kutta;
 use super::outsider::{self, Oddity, Outsider, strength};
 use super::planted::{Form, Kind, Planted, find, value};
 use super::valve::{FULL_SCALE, Valve};
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 /// The spool x with its velocity v. Without effects it is the valve of [`Valve`], with z = x + T v:
@@ -36,8 +37,11 @@ pub(super) struct Spool {
     linkage: Option<Backlash>,
     transducer: Transducer,
     resonance: Option<Resonance>,
-    /// Position, V; velocity, V/s; the deflection of the bristles, from −1 to 1; and of what rings its velocity, V/s, and
-    /// acceleration, V/s².
+    /// Time constant of a lag of the drive, s.
+    drive_lag: Option<f64>,
+    drive_delay: Option<DriveDelay>,
+    /// Position, V; velocity, V/s; the deflection of the bristles, from −1 to 1; of what rings its velocity, V/s, and
+    /// acceleration, V/s², or of a lag of the drive what has come through it, V/s; and what a controller has integrated.
     state: State,
 }
 
@@ -65,6 +69,33 @@ impl Resonance {
             damping: one.key("damping").unwrap_or(in_its_place),
             lagged: lagged.is_some(),
         })
+    }
+}
+
+/// A dead time of the drive, K sat(u − x), whose course is kept: what it was at the beginning and at the end of each of the last
+/// steps, V/s, between which it may jump with the command.
+struct DriveDelay {
+    seconds: f64,
+    course: VecDeque<[f64; 2]>,
+}
+
+impl DriveDelay {
+    /// The mean of the drive that acts in a step of `h` s, of its course that goes straight in each step; zero before the first.
+    fn acting(&self, h: f64) -> f64 {
+        let back = (self.seconds / h).max(1.0);
+        let whole = back.floor();
+        let at = |number: f64| self.course.get(number as usize).unwrap_or(&[0.0; 2]);
+        let (earlier, later) = (back - whole, 1.0 - back + whole);
+        let ([_, end], [begin, _]) = (at(whole), at(whole - 1.0));
+        let rise = |number: f64| at(number)[1] - at(number)[0];
+        earlier * (end - 0.5 * earlier * rise(whole))
+            + later * (begin + 0.5 * later * rise(whole - 1.0))
+    }
+
+    /// A step of `h` s has ended.
+    fn keep(&mut self, drive: [f64; 2], h: f64) {
+        self.course.push_front(drive);
+        self.course.truncate((self.seconds / h) as usize + 2);
     }
 }
 
@@ -347,6 +378,11 @@ impl Spool {
             linkage: play(Form::Linkage),
             transducer: Transducer::planted(planted),
             resonance: Resonance::planted(&valve, planted),
+            drive_lag: limit(Kind::CommandLag, Form::Loop),
+            drive_delay: limit(Kind::Delay, Form::Loop).map(|seconds| DriveDelay {
+                seconds,
+                course: VecDeque::new(),
+            }),
             state: [position, 0.0, 0.0, 0.0, 0.0, 0.0],
         }
     }
@@ -360,12 +396,17 @@ impl Spool {
     /// Moves on by `h` s, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is
     /// `drop` times the rated one.
     pub(super) fn step(&mut self, command: [f64; 2], drop: f64, h: f64) {
+        let begins = self.valve.gain * self.driven(command[0], drop);
         match self.friction {
             Friction::Coulomb { .. } => self.step_with_sticking(command, drop, h),
             _ => {
                 let direction = self.slip();
                 self.state = self.moved(self.state, command, drop, direction, h);
             }
+        }
+        let ends = self.valve.gain * self.driven(command[1], drop);
+        if let Some(delay) = &mut self.drive_delay {
+            delay.keep([begins, ends], h);
         }
         if let Some(AntiWindup::Limit(limit)) =
             self.before_limit.as_ref().map(|one| &one.anti_windup)
@@ -582,6 +623,7 @@ impl Spool {
 
     fn moved(&self, state: State, command: [f64; 2], drop: f64, direction: f64, h: f64) -> State {
         let winds_up = self.winds_up();
+        let late = self.drive_delay.as_ref().map(|delay| delay.acting(h));
         let mut end = runge_kutta(
             state,
             h,
@@ -612,7 +654,7 @@ impl Spool {
                     * outsider::amplitude_gain(self.amplitude_gain, x)
                     * outsider::direction_gain(self.direction_gain, drive);
                 let proportional = gain * drive;
-                let driven = proportional + self.after_limit(integral);
+                let driven = late.unwrap_or(proportional + self.after_limit(integral));
                 let grows = self.grows(u, x, integral, proportional);
                 if let Some(resonance) = &self.resonance {
                     let driving = if resonance.lagged { v } else { driven };
@@ -622,6 +664,10 @@ impl Spool {
                     let speed = self.speed(x, rings, drop, direction);
                     return [speed, lag, bend, swings, resonance.rate * pull, grows];
                 }
+                let (driven, comes_through) = match self.drive_lag {
+                    Some(lag) => (rings, (driven - rings) / lag),
+                    None => (driven, 0.0),
+                };
                 let speed = self.speed(x, v, drop, direction);
                 let lost = if winds_up { speed } else { v };
                 let drag = lost + outsider::quadratic_drag(self.quadratic_damping, v);
@@ -630,7 +676,7 @@ impl Spool {
                     speed,
                     torque / self.valve.time_constant,
                     bend,
-                    0.0,
+                    comes_through,
                     0.0,
                     grows,
                 ]

@@ -2,6 +2,7 @@
 
 use super::act::lagged;
 use super::host;
+use super::in_loop::{BehindLag, InLoop};
 use super::second_order::SecondOrder;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port, Stage};
@@ -151,9 +152,70 @@ impl<R: Real> Act<R> for CommandLagOfSecondOrder<R> {
     }
 }
 
+pub(super) const LOOP: Entry = Entry {
+    name: "command_lag~loop",
+    port: Port::Actuator,
+    summary: "The drive of the spool's loop comes through a second lag, of the coil or of the transducer's filter",
+    finding: "the loop's own drive comes through a second lag, of {loop_lag} times its time constant",
+    equation: "q dv/dt + v = w, dx/dt = v, T dw/dt + w = K sat(u - x, S); q = loop_lag T. Of two lags either may be the longer one: T is",
+    shows: "a loop that is less damped than its first lag alone would have it, and that rounds what begins to move more",
+    confused: "delay~loop, which rounds nothing; a larger time constant, of which a loop rings as well; spool_resonance, whose two lags \
+               swing; command_lag, behind which the loop is as damped as before",
+    source: "inductance of the torque motor's coil inside the loop: Merritt, Hydraulic Control Systems, 1967; the demodulator's filter of an \
+             LVDT",
+    parameters: |_, _| {
+        vec![
+            Parameter::log("loop_lag", "1", 0.05, 0.05, 1.0),
+            Parameter::linear("loop_lag_share", "1", 0.0, 1.0, 1.0).fixed(),
+        ]
+    },
+    trials: |_, _| [0.2, 0.5, 0.9].map(|ratio| vec![ratio]).to_vec(),
+    states: &["lagging_drive"],
+    neutral: &[("loop_lag_share", 0.0)],
+    applies: host::moves_no_piston,
+    view: Some(View::new(
+        Excitation::Step { seconds: 0.4 },
+        Over::Time,
+        Values::Trial(1),
+    )),
+    ..ENTRY
+};
+
+/// A lag of a loop that no row shows, s: integration steps need not be shorter than that for it.
+const SHORTEST: f64 = 1e-4;
+
+/// The drive of the loop comes through a second lag.
+pub(in crate::model) type CommandLagOfLoop<R> = BehindLag<R, Lagging<R>>;
+
+/// A lag, whose state is what passes through it.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct Lagging<R> {
+    /// Over the lag before it.
+    ratio: R,
+}
+
+impl<R: Real> InLoop<R> for Lagging<R> {
+    #[inline(always)]
+    fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { ratio: next() }
+    }
+
+    #[inline(always)]
+    fn passed(&self, own: &[R], _driven: R) -> R {
+        own[0]
+    }
+
+    #[inline(always)]
+    fn follow(&self, own: &[R], driven: R, lag: R, slope: &mut [R]) {
+        let own_lag = (self.ratio * lag).max(R::constant(SHORTEST));
+        slope[0] = (driven - own[0]) / own_lag;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::effects::in_loop;
 
     /// The reference half-way through a step of 2 ms in which the command goes from 1 V to 3 V, and at its end.
     fn course(effect: &impl Act<f64>, own: &mut [f64]) -> [f64; 2] {
@@ -198,5 +260,16 @@ mod tests {
             }
         }
         assert!((found[1] - r).abs() < 1e-4, "{} {r}", found[1]);
+    }
+
+    #[test]
+    fn the_loop_s_second_lag_answers_a_step_as_the_exponential_says() {
+        let lagging = Lagging::new(|| 0.5);
+        let times = [1e-3, 4e-3, 10e-3];
+        let found = in_loop::tests::answer::<_, 1>(&lagging, &times);
+        for (found, t) in found.into_iter().zip(times) {
+            let exact = 100.0 * (1.0 - (-t / 0.002_f64).exp());
+            assert!((found - exact).abs() < 0.05, "{t}: {found} {exact}");
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! The command arrives late.
 
 use super::host;
+use super::in_loop::{BehindLag, InLoop};
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port};
-use crate::model::{Parameter, Real};
+use crate::model::{Pace, Parameter, Real};
 
 /// What delays longer is a loop over a network or a sensor, s, and no valve.
 const LONGEST: f64 = 0.25;
@@ -57,6 +58,77 @@ impl<R: Real> Act<R> for Delay<R> {
     #[inline(always)]
     fn delay(&self) -> Option<R> {
         Some(self.delay)
+    }
+}
+
+pub(super) const LOOP: Entry = Entry {
+    name: "delay~loop",
+    port: Port::Actuator,
+    summary: "The drive of the spool's loop acts a fixed time after the error that it answers",
+    finding: "the loop's own drive is late by {loop_delay}",
+    equation: "dx/dt = w(t - loop_delay), T dw/dt + w = K sat(u - x, S); the delay as 1 - a s + a^2 s^2 / 3 over 1 + a s + a^2 s^2 / 3, \
+               a = loop_delay / 2",
+    shows: "a loop that is less damped than its lag alone would have it, and that is late by as much at all amplitudes",
+    confused: "delay of the command, behind which the loop is as damped as before; command_lag~loop, which makes it less damped, too, and \
+               rounds; spool_resonance, which rings at a frequency of its own",
+    source: "sampling and computing time of a digital controller, on average half a period and what it computes: Astrom, Wittenmark, \
+             Computer-Controlled Systems, 1997; the approximant of second order, off by a hundredth of a radian at 1.5 / loop_delay, after Pade",
+    parameters: |scale, _| {
+        // Its fastest pole is 3.5 / delay.
+        let least = (0.5 * scale.interval).max(5e-4);
+        vec![
+            Parameter::log(
+                "loop_delay",
+                "s",
+                least,
+                least,
+                (100.0 * least).min(LONGEST),
+            )
+            .paced(Pace::TimeConstant),
+            Parameter::linear("loop_delay_share", "1", 0.0, 1.0, 1.0).fixed(),
+        ]
+    },
+    trials: |scale, _| {
+        let least = (0.5 * scale.interval).max(5e-4);
+        [2.0, 6.0, 20.0].map(|n| vec![n * least]).to_vec()
+    },
+    states: &["speed_on_its_way", "speed_on_its_way_rate"],
+    neutral: &[("loop_delay_share", 0.0)],
+    applies: host::moves_no_piston,
+    view: Some(View::new(
+        Excitation::Step { seconds: 0.4 },
+        Over::Time,
+        Values::Trial(1),
+    )),
+    ..ENTRY
+};
+
+/// The drive of the loop acts a fixed time late.
+pub(in crate::model) type DelayOfLoop<R> = BehindLag<R, Late<R>>;
+
+/// The approximant of a delay: with its denominator D(s), 1/D of what drives it and the rate of that are its states, and what
+/// passes is that which drives it less `delay` times the rate.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct Late<R> {
+    delay: R,
+}
+
+impl<R: Real> InLoop<R> for Late<R> {
+    #[inline(always)]
+    fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { delay: next() }
+    }
+
+    #[inline(always)]
+    fn passed(&self, own: &[R], driven: R) -> R {
+        driven - self.delay * own[1]
+    }
+
+    #[inline(always)]
+    fn follow(&self, own: &[R], driven: R, _lag: R, slope: &mut [R]) {
+        slope[0] = own[1];
+        let lacks = (driven - own[0]) / self.delay - R::constant(0.5) * own[1];
+        slope[1] = R::constant(12.0) * lacks / self.delay;
     }
 }
 

@@ -9,6 +9,7 @@ mod curve;
 mod effect;
 mod entry;
 mod host;
+mod in_loop;
 mod own;
 mod register;
 pub mod view;
@@ -267,6 +268,8 @@ catalogue! {
     hysteresis::HysteresisSpread = SPREAD,
     supply_droop::SupplyDroopOfAccumulator = ACCUMULATOR,
     gain_curvature::GainOfLaminarFlow = LAMINAR,
+    delay::DelayOfLoop = LOOP,
+    command_lag::CommandLagOfLoop = LOOP,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -1,6 +1,7 @@
 //! The spool is a mass on a spring of oil.
 
 use super::host;
+use super::in_loop::{BehindLag, InLoop};
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Motion, Port};
 use crate::model::{Pace, Parameter, Real};
@@ -106,59 +107,43 @@ pub(super) const LAGGED: Entry = Entry {
 };
 
 /// The spool rings inside its loop behind the loop's lag.
+pub(in crate::model) type SpoolResonanceBehindLag<R> = BehindLag<R, Ringing<R>>;
+
+/// A mass on oil, whose states are its speed and its acceleration.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct SpoolResonanceBehindLag<R> {
+pub(in crate::model) struct Ringing<R> {
     /// Hz.
     frequency: R,
     damping: R,
-    share: R,
 }
 
-impl<R: Real> SpoolResonanceBehindLag<R> {
+impl<R: Real> InLoop<R> for Ringing<R> {
     #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+    fn new(mut next: impl FnMut() -> R) -> Self {
         Self {
             frequency: next(),
             damping: next(),
-            share: next(),
         }
     }
-}
 
-impl<R: Real> Act<R> for SpoolResonanceBehindLag<R> {
-    fn feels_load(&self) -> bool {
-        false
+    #[inline(always)]
+    fn passed(&self, own: &[R], _driven: R) -> R {
+        own[0]
     }
 
     #[inline(always)]
-    fn speed(&self, own: &[R], speed: R, _motion: &Motion<R>) -> R {
-        speed + self.share * (own[0] - speed)
-    }
-
-    /// The lag follows what drives it and not the spool.
-    #[inline(always)]
-    fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
-        drive + self.share * (own[0] - motion.speed)
-    }
-
-    #[inline(always)]
-    fn follow(&self, own: &[R], speed: R, _motion: &Motion<R>, slope: &mut [R]) {
+    fn follow(&self, own: &[R], driven: R, _lag: R, slope: &mut [R]) {
         let rate = R::constant(std::f64::consts::TAU) * self.frequency;
         slope[0] = own[1];
-        let pull = rate * (speed - own[0]) - R::constant(2.0) * self.damping * own[1];
+        let pull = rate * (driven - own[0]) - R::constant(2.0) * self.damping * own[1];
         slope[1] = rate * pull;
-    }
-
-    #[inline(always)]
-    fn settled_spool(&self, own: &mut [R], _spool: R) {
-        own[0] = R::constant(0.0);
-        own[1] = R::constant(0.0);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::effects::in_loop;
 
     const AT: Motion<f64> = Motion {
         gain: 200.0,
@@ -212,23 +197,13 @@ mod tests {
 
     #[test]
     fn behind_the_lag_it_answers_the_lag_as_a_pole_pair() {
-        let mut values = [50.0, 0.3, 1.0].into_iter();
-        let effect: SpoolResonanceBehindLag<f64> =
-            SpoolResonanceBehindLag::new(|| values.next().unwrap());
-        let mut own = [0.0; 2];
+        let mut values = [50.0, 0.3].into_iter();
+        let ringing = Ringing::new(|| values.next().unwrap());
         let times = [1e-3, 5e-3, 20e-3];
-        let found = course(&times, |_| {
-            let mut slope = [0.0; 2];
-            effect.follow(&own, AT.speed, &AT, &mut slope);
-            own[1] += 1e-6 * slope[1];
-            own[0] += 1e-6 * slope[0];
-            slope[0]
-        });
+        let found = in_loop::tests::answer::<_, 2>(&ringing, &times);
         for (found, t) in found.into_iter().zip(times) {
             let exact = answer(t, 0.3, std::f64::consts::TAU * 50.0);
             assert!((found - exact).abs() < 0.05, "{t}: {found} {exact}");
         }
-        // What the lag is fed back is its own output: x' less than that is taken from its drive.
-        assert_eq!(effect.drive(&[30.0, 0.0], 200.0, &AT), 130.0);
     }
 }

@@ -396,7 +396,8 @@ impl Spool {
     /// Moves on by `h` s, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is
     /// `drop` times the rated one.
     pub(super) fn step(&mut self, command: [f64; 2], drop: f64, h: f64) {
-        let begins = self.valve.gain * self.driven(command[0], drop);
+        let late = self.drive_delay.is_some();
+        let begins = late.then(|| self.valve.gain * self.driven(command[0], drop));
         match self.friction {
             Friction::Coulomb { .. } => self.step_with_sticking(command, drop, h),
             _ => {
@@ -404,8 +405,8 @@ impl Spool {
                 self.state = self.moved(self.state, command, drop, direction, h);
             }
         }
-        let ends = self.valve.gain * self.driven(command[1], drop);
-        if let Some(delay) = &mut self.drive_delay {
+        let ends = late.then(|| self.valve.gain * self.driven(command[1], drop));
+        if let (Some(delay), Some(begins), Some(ends)) = (&mut self.drive_delay, begins, ends) {
             delay.keep([begins, ends], h);
         }
         if let Some(AntiWindup::Limit(limit)) =

@@ -157,7 +157,7 @@ pub(super) const LOOP: Entry = Entry {
     port: Port::Actuator,
     summary: "The drive of the spool's loop comes through a second lag, of the coil or of the transducer's filter",
     finding: "the loop's own drive comes through a second lag, of {loop_lag} times its time constant",
-    equation: "q dv/dt + v = w, dx/dt = v, T dw/dt + w = K sat(u - x, S); q = loop_lag T. Of two lags either may be the longer one: T is",
+    equation: "q dv/dt + v = w, dx/dt = v, T dw/dt + w = K sat(u - x, S); q = loop_lag T, the shorter of two lags that can be exchanged",
     shows: "a loop that is less damped than its first lag alone would have it, and that rounds what begins to move more",
     confused: "delay~loop, which rounds nothing; a larger time constant, of which a loop rings as well; spool_resonance, whose two lags \
                swing; command_lag, behind which the loop is as damped as before",

@@ -74,8 +74,7 @@ pub(super) const LOOP: Entry = Entry {
     source: "sampling and computing time of a digital controller, on average half a period and what it computes: Astrom, Wittenmark, \
              Computer-Controlled Systems, 1997; the approximant of second order, off by a hundredth of a radian at 1.5 / loop_delay, after Pade",
     parameters: |scale, _| {
-        // Its fastest pole is 3.5 / delay.
-        let least = (0.5 * scale.interval).max(5e-4);
+        let least = least_in_loop(scale.interval);
         vec![
             Parameter::log(
                 "loop_delay",
@@ -90,8 +89,9 @@ pub(super) const LOOP: Entry = Entry {
     },
     // The base model's lag has taken the delay in: with much of it besides, the loop is not stable. Nor are steps of a row with less.
     trials: |scale, _| {
-        let least = (0.5 * scale.interval).max(5e-4);
-        [3.0, 6.0, 16.0].map(|n| vec![n * least]).to_vec()
+        [3.0, 6.0, 16.0]
+            .map(|n| vec![n * least_in_loop(scale.interval)])
+            .to_vec()
     },
     states: &["speed_on_its_way", "speed_on_its_way_rate"],
     neutral: &[("loop_delay_share", 0.0)],
@@ -103,6 +103,11 @@ pub(super) const LOOP: Entry = Entry {
     )),
     ..ENTRY
 };
+
+/// The least delay of a loop that is looked for in rows with this `interval`, s: the fastest pole of its approximant is 3.5 / delay.
+fn least_in_loop(interval: f64) -> f64 {
+    (0.5 * interval).max(5e-4)
+}
 
 /// The drive of the loop acts a fixed time late.
 pub(in crate::model) type DelayOfLoop<R> = BehindLag<R, Late<R>>;
@@ -142,5 +147,25 @@ mod tests {
         let mut values = [0.0023].into_iter();
         let effect: Delay<f64> = Delay::new(|| values.next().unwrap());
         assert_eq!(effect.delay(), Some(0.0023));
+    }
+
+    #[test]
+    fn a_sine_in_the_loop_is_late_by_the_delay_and_as_large() {
+        let late = Late::new(|| 0.003);
+        let (mut own, step, rate) = ([0.0; 2], 1e-6, 300.0);
+        let mut most = 0.0f64;
+        for k in 0..100_000 {
+            let t = step * f64::from(k);
+            let driven = (rate * t).sin();
+            if t > 0.05 {
+                let exact = (rate * (t - 0.003)).sin();
+                most = most.max((late.passed(&own, driven) - exact).abs());
+            }
+            let mut slope = [0.0; 2];
+            late.follow(&own, driven, 0.004, &mut slope);
+            own[1] += step * slope[1];
+            own[0] += step * own[1];
+        }
+        assert!(most < 3e-3, "{most}");
     }
 }

@@ -70,7 +70,16 @@ impl<R: Real, F: InLoop<R>> Act<R> for BehindLag<R, F> {
 pub(super) mod tests {
     use super::*;
 
-    /// What v has come to after each of `times`, s, where w is 100 from time 0 on, behind a lag of 4 ms, in steps of 1 us.
+    pub(in crate::model::effects) const AT: Motion<f64> = Motion {
+        gain: 200.0,
+        time_constant: 0.004,
+        spool: 1.0,
+        speed: 100.0,
+        slip_direction: 0.0,
+        load: 0.0,
+    };
+
+    /// What v has come to after each of `times`, s, where w is 100 from time 0 on, in steps of 1 us.
     pub(in crate::model::effects) fn answer<F: InLoop<f64>, const N: usize>(
         between: &F,
         times: &[f64],
@@ -79,11 +88,11 @@ pub(super) mod tests {
         let mut till = |time: f64| {
             while t < time {
                 let mut slope = [0.0; N];
-                between.follow(&own, 100.0, 0.004, &mut slope);
+                between.follow(&own, 100.0, AT.time_constant, &mut slope);
                 // The rates first, so that what oscillates does not grow.
                 for i in (0..N).rev() {
                     own[i] += step * slope[i];
-                    between.follow(&own, 100.0, 0.004, &mut slope);
+                    between.follow(&own, 100.0, AT.time_constant, &mut slope);
                 }
                 t += step;
             }
@@ -110,19 +119,11 @@ pub(super) mod tests {
 
     #[test]
     fn the_lag_is_fed_back_its_own_output_and_no_share_is_nothing() {
-        let at = Motion {
-            gain: 200.0,
-            time_constant: 0.004,
-            spool: 1.0,
-            speed: 100.0,
-            slip_direction: 0.0,
-            load: 0.0,
-        };
         // T dw/dt = drive - v: less by what v is more than w, and so T dw/dt + w = drive.
         for (share, speed, drive) in [(1.0, 80.0, 180.0), (0.0, 100.0, 200.0)] {
             let effect = BehindLag::<f64, Half>::new(|| share);
-            assert_eq!(effect.speed(&[30.0], 100.0, &at), speed);
-            assert_eq!(effect.drive(&[30.0], 200.0, &at), drive);
+            assert_eq!(effect.speed(&[30.0], 100.0, &AT), speed);
+            assert_eq!(effect.drive(&[30.0], 200.0, &AT), drive);
         }
     }
 }

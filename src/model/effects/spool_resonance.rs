@@ -143,16 +143,7 @@ impl<R: Real> InLoop<R> for Ringing<R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::effects::in_loop;
-
-    const AT: Motion<f64> = Motion {
-        gain: 200.0,
-        time_constant: 0.004,
-        spool: 1.0,
-        speed: 100.0,
-        slip_direction: 0.0,
-        load: 0.0,
-    };
+    use crate::model::effects::in_loop::tests::{self as loops, AT};
 
     /// What v has come to from zero after each of `times`, s, at these `rates`: in steps of 1 us.
     fn course(times: &[f64], mut rates: impl FnMut(f64) -> f64) -> Vec<f64> {
@@ -200,7 +191,7 @@ mod tests {
         let mut values = [50.0, 0.3].into_iter();
         let ringing = Ringing::new(|| values.next().unwrap());
         let times = [1e-3, 5e-3, 20e-3];
-        let found = in_loop::tests::answer::<_, 2>(&ringing, &times);
+        let found = loops::answer::<_, 2>(&ringing, &times);
         for (found, t) in found.into_iter().zip(times) {
             let exact = answer(t, 0.3, std::f64::consts::TAU * 50.0);
             assert!((found - exact).abs() < 0.05, "{t}: {found} {exact}");

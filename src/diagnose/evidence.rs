@@ -4,9 +4,10 @@ use super::fitted::{CHANCE, Fitted, least_ratio, left_over};
 use super::linear::Linear;
 use super::measurements::{Measurements, sought_on, starts};
 use super::signals::Signals;
-use super::simulation::{Compared, Sides, residual_in_all_rows};
+use super::simulation::{Compared, Sides, Trajectories, residual_in_all_rows};
 use super::statistics::line::strongest_line;
 use super::statistics::noise::Noise;
+use super::stepped::{Stepped, rate_at, rate_at_start};
 use super::unexcited::set_by_held_out;
 use super::verdict::NEAR;
 use crate::Result;
@@ -27,8 +28,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::{ControlFlow, Range};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
 
 /// Polishing a model that may be dropped again: the fifth digit of a cost in units of noise decides nothing.
 pub(super) const QUICK: PolishOptions = PolishOptions {
@@ -62,13 +63,13 @@ const SINGLE: f64 = 1e-4;
 #[derive(Debug)]
 pub(super) struct Evidence {
     /// Fitted.
-    pub(super) fit: Arc<Data>,
+    fit: Stepped,
     /// Held out.
-    pub(super) hold_out: Arc<Data>,
+    hold_out: Stepped,
     /// The fitted ones in the longer steps in which effects are sought.
-    pub(super) screened_on: Arc<Data>,
+    screened_on: Stepped,
     /// Those of the fitted ones on which effects are sought.
-    pub(super) sought_on: Arc<Data>,
+    sought_on: Stepped,
     /// One over the noise variance of each output.
     pub(super) scale: Outputs<f64>,
     /// What an error costs in the fits, where that is not its square.
@@ -180,12 +181,8 @@ impl Evidence {
             before.problem.structure.fastest_rate(&near)
         };
         let chosen_by = measurements.chosen_by();
-        let steps = |mut records: Vec<Series>, headroom: f64| {
-            let rate = rate(headroom);
-            records
-                .iter_mut()
-                .for_each(|record| record.set_steps(rate, 1));
-            Arc::new(Data::Series(records))
+        let steps = |records: Vec<Series>, headroom: f64| {
+            Stepped::new(records, rate(headroom), HEADROOM / headroom)
         };
         let sought_on = match measurements.is_static {
             true => chosen_by.fit.clone(),
@@ -222,27 +219,30 @@ impl Evidence {
         if !self.records(Side::HoldOut).iter().any(held_out) {
             return None;
         }
-        let mut problem = Problem {
-            data: self.fit.clone(),
-            ..before.problem.clone()
-        };
+        let mut problem = before.problem.clone();
         set_start(&mut problem, before.fit.values());
         self.polished(problem)
     }
 
-    fn data(&self, side: Side) -> &Arc<Data> {
+    fn rows(&self, side: Side) -> &Stepped {
         match side {
             Side::Fit => &self.fit,
             Side::HoldOut => &self.hold_out,
         }
     }
 
-    /// The records of one side.
+    /// The records of one side, in steps that suit the base model.
     pub(super) fn records(&self, side: Side) -> &[Series] {
-        match &**self.data(side) {
-            Data::Series(records) => records,
-            Data::Tones(_) => unreachable!("evidence is records"),
-        }
+        self.rows(side).records()
+    }
+
+    /// What `problem` does at its start on the records of one side.
+    fn simulated(&self, problem: &Problem, side: Side) -> Trajectories {
+        let values = Complete::nominal(&problem.parameters);
+        let Data::Series(records) = &**self.rows(side).suiting(rate_at_start(problem)) else {
+            unreachable!("evidence is records")
+        };
+        reference::trajectories(&problem.structure, &values, records)
     }
 
     /// Where each record's rows that count begin among all that count.
@@ -283,10 +283,9 @@ impl Evidence {
         if coarse.is_empty() {
             return coarse;
         }
-        let values = Complete::nominal(&model.problem.parameters);
-        let records = self.records(Side::Fit);
-        let simulated = reference::trajectories(model.structure(), &values, records);
-        let left = left_over(&Compared::all(records, &simulated), &coarse, &self.noise);
+        let simulated = self.simulated(&model.problem, Side::Fit);
+        let fitted = Compared::all(self.records(Side::Fit), &simulated);
+        let left = left_over(&fitted, &coarse, &self.noise);
         let resolved = coarse.into_iter().zip(left);
         resolved
             .filter(|(_, left)| !left.structured)
@@ -302,10 +301,8 @@ impl Evidence {
 
     fn leaves_only_noise(&self, model: &Model) -> bool {
         let observed = &model.structure().observed;
-        let values = Complete::nominal(&model.problem.parameters);
-        let trajectories =
-            |side| reference::trajectories(model.structure(), &values, self.records(side));
-        let [fit, hold_out] = [Side::Fit, Side::HoldOut].map(trajectories);
+        let [fit, hold_out] =
+            [Side::Fit, Side::HoldOut].map(|side| self.simulated(&model.problem, side));
         let floor = |output: Output| self.noise[output.name()].value;
         let held_out = Compared::all(self.records(Side::HoldOut), &hold_out);
         if least_ratio(&held_out, observed, floor) >= NEAR {
@@ -332,10 +329,11 @@ impl Evidence {
                 parameter.set_nominal(parameter.clamp(from.nominal()));
             }
         }
+        let rate = rate_at(structure, &parameters);
         Problem {
             structure: structure.clone(),
             parameters,
-            data: self.fit.clone(),
+            data: self.fit.suiting(rate).clone(),
             scale: self.scale,
             loss: self.loss,
         }
@@ -496,10 +494,7 @@ impl Evidence {
 
     /// `problem` on the rows on which effects are sought.
     pub(super) fn seeking(&self, problem: &Problem) -> Problem {
-        Problem {
-            data: self.sought_on.clone(),
-            ..problem.clone()
-        }
+        self.sought_on.under(problem)
     }
 
     /// What `problem` costs at its start on those rows, a value; infinite where it diverges.
@@ -562,14 +557,15 @@ impl Evidence {
         }
     }
 
-    /// The same on all fitted rows at the start of each of `problems`, which differ in nothing else, in the longer steps and by
-    /// differences.
+    /// The same on all fitted rows at the start of each of `problems`, which differ in nothing else, in the longer steps, those that
+    /// suit the fastest, and by differences.
     pub(super) fn linear_side_by_side(&self, problems: &[Problem]) -> Vec<Option<Linear>> {
         if self.memory.interrupt().asked() {
             return problems.iter().map(|_| None).collect();
         }
+        let fastest = problems.iter().map(rate_at_start).fold(0.0, f64::max);
         let on = |problem: &Problem| Problem {
-            data: self.screened_on.clone(),
+            data: self.screened_on.suiting(fastest).clone(),
             ..problem.clone()
         };
         let problems: Vec<Problem> = problems.iter().map(on).collect();
@@ -637,7 +633,8 @@ impl Evidence {
     }
 
     /// Polishes from the problem's start; `None` where that diverges, or the run was stopped before its end.
-    pub(super) fn polished(&self, mut problem: Problem) -> Option<Model> {
+    pub(super) fn polished(&self, problem: Problem) -> Option<Model> {
+        let mut problem = self.fit.under(&problem);
         let interrupt = self.memory.interrupt();
         let free = problem.free();
         let start = problem.start();
@@ -656,20 +653,16 @@ impl Evidence {
             }
             let (values, flats, evaluations) = polished?;
             self.count(evaluations);
-            let held_out = &self.hold_out;
+            let held_out = &self.hold_out.under(&problem).data;
             let set = set_by_held_out(&problem, interrupt, &values, &flats, held_out, &QUICK);
             set_start(&mut problem, &set.values);
         }
         let fit = self.residuals(&problem, Side::Fit)?;
         let hold_out = self.residuals(&problem, Side::HoldOut)?;
-        let held = Problem {
-            data: self.hold_out.clone(),
-            ..problem.clone()
-        };
         Some(Model {
             measured: Sides {
                 fit: problem.values(),
-                hold_out: held.values(),
+                hold_out: self.hold_out.under(&problem).values(),
             },
             problem,
             fit,
@@ -705,10 +698,8 @@ impl Evidence {
 
     /// Residuals of each observed channel at the problem's start, in units of noise; `None` where the model diverges.
     fn residuals(&self, problem: &Problem, side: Side) -> Option<Vec<Vec<f64>>> {
-        let values = Complete::nominal(&problem.parameters);
-        let records = self.records(side);
-        let simulated = reference::trajectories(&problem.structure, &values, records);
-        let compared = Compared::all(records, &simulated);
+        let simulated = self.simulated(problem, side);
+        let compared = Compared::all(self.records(side), &simulated);
         let one = |&output: &Output| -> Vec<f64> {
             let errors = residual_in_all_rows(&compared, output).into_iter();
             errors
@@ -793,12 +784,12 @@ pub(super) mod tests {
             parameter.set_nominal(start);
             parameter.set_fixed(i % 3 == 1);
         }
-        let nothing = Arc::new(Data::Series(Vec::new()));
+        let nothing = || Stepped::new(Vec::new(), 1.0, 1.0);
         Evidence {
-            fit: nothing.clone(),
-            screened_on: nothing.clone(),
-            sought_on: nothing.clone(),
-            hold_out: nothing,
+            fit: nothing(),
+            screened_on: nothing(),
+            sought_on: nothing(),
+            hold_out: nothing(),
             scale: Outputs::all(1.0),
             loss: None,
             noise: BTreeMap::new(),
@@ -929,16 +920,18 @@ pub(super) mod tests {
         let Data::Series(mut series) = (*workload::actuator(2000).data).clone() else {
             unreachable!()
         };
-        series[0].set_steps(truth.structure.fastest_rate(&truth.parameters), 1);
+        let rate = truth.structure.fastest_rate(&truth.parameters);
+        series[0].set_steps(rate, 1);
         let values = Complete::nominal(&truth.parameters);
         let targets = reference::trajectories(&truth.structure, &values, &series).remove(0);
         for (sample, target) in series[0].samples.iter_mut().zip(targets) {
             sample.target = target;
         }
-        evidence.fit = Arc::new(Data::Series(series));
-        evidence.hold_out = evidence.fit.clone();
-        evidence.screened_on = evidence.fit.clone();
-        evidence.sought_on = evidence.fit.clone();
+        let rows = || Stepped::new(series.clone(), rate, 1.0);
+        evidence.fit = rows();
+        evidence.hold_out = rows();
+        evidence.screened_on = rows();
+        evidence.sought_on = rows();
         evidence
     }
 

@@ -61,6 +61,7 @@ mod simulation;
 mod sought;
 mod stage;
 mod statistics;
+mod stepped;
 mod unexcited;
 mod verdict;
 mod wide;

@@ -22,6 +22,10 @@ pub enum Pace {
     TimeConstant,
     /// It is a frequency, Hz.
     Frequency,
+    /// It is a delay of which an approximant of second order is simulated, s: its poles are the root of 12 over it.
+    Delay,
+    /// It is a lag over that of the loop, 1.
+    LagRatio,
 }
 
 /// Where a parameter has its value from.
@@ -123,12 +127,14 @@ impl Parameter {
         }
     }
 
-    /// The fastest rate (1/s) inside the bounds, where integration steps have to follow it.
+    /// The fastest rate (1/s) inside the bounds, where integration steps have to follow it and it says so alone.
     pub fn fastest_rate(&self) -> Option<f64> {
         Some(match self.pace? {
             Pace::Rate => self.high,
             Pace::TimeConstant => 1.0 / self.low.max(0.0),
             Pace::Frequency => TAU * self.high,
+            Pace::Delay => 12.0_f64.sqrt() / self.low.max(0.0),
+            Pace::LagRatio => return None,
         })
     }
 

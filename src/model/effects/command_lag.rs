@@ -6,7 +6,7 @@ use super::in_loop::{BehindLag, InLoop};
 use super::second_order::SecondOrder;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Port, Stage};
-use crate::model::{Parameter, Real};
+use crate::model::{Pace, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "command_lag",
@@ -165,7 +165,7 @@ pub(super) const LOOP: Entry = Entry {
              LVDT",
     parameters: |_, _| {
         vec![
-            Parameter::log("loop_lag", "1", 0.05, 0.05, 1.0),
+            Parameter::log("loop_lag", "1", 0.05, 0.05, 1.0).paced(Pace::LagRatio),
             Parameter::linear("loop_lag_share", "1", 0.0, 1.0, 1.0).fixed(),
         ]
     },
@@ -181,9 +181,6 @@ pub(super) const LOOP: Entry = Entry {
     )),
     ..ENTRY
 };
-
-/// A lag of a loop that no row shows, s: integration steps need not be shorter than that for it.
-const SHORTEST: f64 = 1e-4;
 
 /// The drive of the loop comes through a second lag.
 pub(in crate::model) type CommandLagOfLoop<R> = BehindLag<R, Lagging<R>>;
@@ -208,8 +205,7 @@ impl<R: Real> InLoop<R> for Lagging<R> {
 
     #[inline(always)]
     fn follow(&self, own: &[R], driven: R, lag: R, slope: &mut [R]) {
-        let own_lag = (self.ratio * lag).max(R::constant(SHORTEST));
-        slope[0] = (driven - own[0]) / own_lag;
+        slope[0] = (driven - own[0]) / (self.ratio * lag);
     }
 }
 

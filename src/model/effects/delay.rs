@@ -83,7 +83,7 @@ pub(super) const LOOP: Entry = Entry {
                 least,
                 (100.0 * least).min(LONGEST),
             )
-            .paced(Pace::TimeConstant),
+            .paced(Pace::Delay),
             Parameter::linear("loop_delay_share", "1", 0.0, 1.0, 1.0).fixed(),
         ]
     },

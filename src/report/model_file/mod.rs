@@ -336,7 +336,7 @@ impl ModelFile {
         }
         let too_fast = parameter.fastest_rate() > Some(FASTEST);
         let fast_bound = match parameter.pace {
-            Some(Pace::TimeConstant) => (&entry.low, "low", low),
+            Some(Pace::TimeConstant | Pace::Delay) => (&entry.low, "low", low),
             _ => (&entry.high, "high", high),
         };
         if let (true, (own, bound, value)) = (too_fast, fast_bound) {

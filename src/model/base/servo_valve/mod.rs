@@ -191,17 +191,18 @@ impl BaseModel for ServoValve {
 
     fn fastest_rate(&self, parameters: &[Parameter]) -> f64 {
         // Fixed ones too: the steps of a model stay the same when its parameters are fixed.
-        let (mut gain, mut lag, mut others) = (None, None, 0.0f64);
+        let (mut gain, mut lag, mut others, mut ratio) = (None, None, 0.0f64, 1.0f64);
         for parameter in parameters {
             match parameter.name.as_str() {
                 GAIN => gain = Some(parameter.high),
                 TIME_CONSTANT => lag = Some(parameter.low),
+                _ if parameter.pace == Some(Pace::LagRatio) => ratio = ratio.min(parameter.low),
                 _ => others = others.max(parameter.fastest_rate().unwrap_or(0.0)),
             }
         }
         let loop_rate = match (gain, lag) {
             // The loop's poles are those of s² + s/T + K/T: none is larger than both of these.
-            (Some(gain), Some(lag)) => (1.0 / lag).max((gain / lag).sqrt()),
+            (Some(gain), Some(lag)) => (1.0 / (ratio * lag)).max((gain / lag).sqrt()),
             _ => 0.0,
         };
         loop_rate.max(others)

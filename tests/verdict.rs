@@ -298,10 +298,10 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             &[("hysteresis_spread", 0.3)],
         ),
         (
-            "delay~loop=0.003",
+            "delay~loop=0.0015",
             "delay,spool_resonance,command_lag,sensor_lag",
             ["delay", "loop"],
-            &[("loop_delay", 0.003)],
+            &[("loop_delay", 0.0015)],
         ),
         (
             "command_lag~loop=0.0015",

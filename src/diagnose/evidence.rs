@@ -16,9 +16,9 @@ use crate::evaluate::{
     CpuEvaluator, Evaluator, Fingerprint, Lead, Memory, OwnLoss, Precision, reference,
 };
 use crate::model::actuator::{damping_ratio, gain_and_lag, natural_frequency};
-use crate::model::base::servo_valve::{GAIN, TIME_CONSTANT};
+use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
 use crate::model::effects::{Effect, Scale};
-use crate::model::{Complete, Output, Outputs, Parameter, Signal, Structure};
+use crate::model::{Complete, Output, Outputs, Pace, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions, polish};
 use crate::search::{
     self, Method, Plan, RunningSearch, Stoppable, hop_on, polish_on_data, run_in_lockstep,
@@ -58,6 +58,8 @@ const SEEKING_HEADROOM: f64 = 1.5;
 const FAR_FEWER: usize = 2;
 /// The noise that hides what numbers of single precision err by, as a share of the largest value.
 const SINGLE: f64 = 1e-4;
+/// What is left of a lag that gives back what it imitates: more than half of a loop's lag is another than the one that its model has.
+const LEFT_OF_LAG: f64 = 0.4;
 
 /// Measured rows, fitted and held out, with errors in units of each channel's noise.
 #[derive(Debug)]
@@ -347,7 +349,7 @@ impl Evidence {
         let imitates = |p: &&mut Parameter| effect.entry.imitated_by.contains(&p.name.as_str());
         if *released {
             let imitating = start.iter_mut().filter(imitates);
-            imitating.for_each(|parameter| parameter.set_nominal(parameter.high));
+            imitating.for_each(|parameter| parameter.set_nominal(out_of_the_way(parameter)));
             for known in self
                 .known(model)
                 .flat_map(|known| known.parameters(&self.sizes))
@@ -427,7 +429,7 @@ impl Evidence {
         effect: Effect,
         other: Effect,
     ) -> Option<Begun> {
-        let imitated = !other.entry.imitated_by.is_empty();
+        let imitated = other.entry.imitated_by.contains(&SATURATION);
         if !imitated || !effect.is_of_second_order() || model.structure().observed.len() > 1 {
             return None;
         }
@@ -712,6 +714,14 @@ impl Evidence {
     }
 }
 
+/// Where a base parameter no longer imitates an effect.
+fn out_of_the_way(parameter: &Parameter) -> f64 {
+    match parameter.pace {
+        Some(Pace::TimeConstant) => parameter.clamp(LEFT_OF_LAG * parameter.nominal()),
+        _ => parameter.high,
+    }
+}
+
 /// The first piece of the first of `records` that measures `output`, among the rows that count of all of them.
 fn first_piece(records: &[Series], output: Output) -> Range<usize> {
     let mut begin = 0;
@@ -898,6 +908,25 @@ pub(super) mod tests {
             let problem = evidence.extended(&model(&evidence, structure), slew, &start);
             let found = problem.parameters[of(&problem.parameters)].nominal();
             assert_eq!(found, if fixed { known.nominal() } else { known.high });
+        }
+    }
+
+    #[test]
+    fn a_lag_gives_back_a_part_of_itself_to_what_it_imitates() {
+        let structure = &structures()[0];
+        let late: Effect = "delay~loop".parse().unwrap();
+        let mut evidence = evidence(structure);
+        let lag = evidence.base.iter_mut().find(|p| p.name == TIME_CONSTANT);
+        let lag = lag.unwrap();
+        (lag.low, lag.high) = (1e-3, 0.1);
+        lag.set_fixed(false);
+        lag.set_nominal(0.01);
+        let model = model(&evidence, structure);
+        for (released, expected) in [(false, 0.01), (true, LEFT_OF_LAG * 0.01)] {
+            let trial = vec![0.002];
+            let problem = evidence.extended(&model, late, &Start { trial, released });
+            let found = problem.parameters.iter().find(|p| p.name == TIME_CONSTANT);
+            assert_eq!(found.unwrap().nominal(), expected);
         }
     }
 

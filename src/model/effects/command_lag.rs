@@ -171,6 +171,7 @@ pub(super) const LOOP: Entry = Entry {
     },
     // The base model's lag has taken the second one in: with much of it besides, the loop is not stable.
     trials: |_, _| [0.15, 0.3, 0.7].map(|ratio| vec![ratio]).to_vec(),
+    imitated_by: &["time_constant"],
     states: &["lagging_drive"],
     neutral: &[("loop_lag_share", 0.0)],
     applies: host::moves_no_piston,

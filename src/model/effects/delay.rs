@@ -93,6 +93,7 @@ pub(super) const LOOP: Entry = Entry {
             .map(|n| vec![n * least_in_loop(scale.interval)])
             .to_vec()
     },
+    imitated_by: &["time_constant"],
     states: &["speed_on_its_way", "speed_on_its_way_rate"],
     neutral: &[("loop_delay_share", 0.0)],
     applies: host::moves_no_piston,

@@ -78,7 +78,8 @@ pub struct Entry {
     pub parameters: fn(&Scale, Option<Output>) -> Vec<Parameter>,
     /// Where a search for it begins, near and far from absent: values of the free parameters.
     pub trials: fn(&Scale, Option<Output>) -> Vec<Trial>,
-    /// Base parameters by which a base model imitates it: a search also begins with these at their upper bounds.
+    /// Base parameters by which a base model imitates it: a search also begins with these out of its way, limits at their upper
+    /// bounds and lags at a part of what they were fitted to.
     pub imitated_by: &'static [&'static str],
     /// Names of its states.
     pub states: &'static [&'static str],

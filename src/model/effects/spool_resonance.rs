@@ -100,6 +100,7 @@ pub(super) const LAGGED: Entry = Entry {
             .map(|share| vec![share / scale.interval, 0.3])
             .to_vec()
     },
+    imitated_by: &["time_constant"],
     states: &["lagging_spool_velocity", "lagging_spool_acceleration"],
     neutral: &[("spool_share_lagged", 0.0)],
     frequency: Some("spool_frequency"),

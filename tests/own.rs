@@ -390,6 +390,11 @@ fn integration_steps_follow_an_own_effect_that_is_fast() {
     assert!(base < 1e4);
     assert!((rate("own_lag", Some(Pace::TimeConstant)) / 1e5 - 1.0).abs() < 1e-12);
     assert_eq!(rate("own_rate", Some(Pace::Rate)), base);
+    let pole = rate("own_delay", Some(Pace::Delay)) * 1e-5;
+    assert!((pole - 12.0_f64.sqrt()).abs() < 1e-12);
+    // Over the shortest lag of the loop.
+    let ratio = rate("own_ratio", Some(Pace::LagRatio)) * 1e-5;
+    assert!((ratio * 5e-4 - 1.0).abs() < 1e-12);
 }
 
 #[test]

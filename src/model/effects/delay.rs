@@ -87,7 +87,7 @@ pub(super) const LOOP: Entry = Entry {
             Parameter::linear("loop_delay_share", "1", 0.0, 1.0, 1.0).fixed(),
         ]
     },
-    // The base model's lag has taken the delay in: with much of it besides, the loop is not stable. Nor are steps of a row with less.
+    // The base model's lag has taken the delay in: with much of it besides, the loop is not stable.
     trials: |scale, _| {
         [3.0, 6.0, 16.0]
             .map(|n| vec![n * least_in_loop(scale.interval)])

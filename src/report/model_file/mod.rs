@@ -27,6 +27,8 @@ const LARGEST: f64 = 1e18;
 
 /// Fastest rate that integration steps follow, 1/s: see [`Parameter::fastest_rate`].
 const FASTEST: f64 = 1e7;
+/// Least ratio of a lag to that of the loop that they follow: a row shows no less.
+const LEAST_RATIO: f64 = 1e-3;
 
 /// A model file that has been read.
 ///
@@ -334,9 +336,12 @@ impl ModelFile {
                 "give a positive low, or scale = \"linear\"",
             ));
         }
-        let too_fast = parameter.fastest_rate() > Some(FASTEST);
+        let too_fast = match parameter.pace {
+            Some(Pace::LagRatio) => *low < LEAST_RATIO,
+            _ => parameter.fastest_rate() > Some(FASTEST),
+        };
         let fast_bound = match parameter.pace {
-            Some(Pace::TimeConstant | Pace::Delay) => (&entry.low, "low", low),
+            Some(Pace::TimeConstant | Pace::Delay | Pace::LagRatio) => (&entry.low, "low", low),
             _ => (&entry.high, "high", high),
         };
         if let (true, (own, bound, value)) = (too_fast, fast_bound) {
@@ -346,7 +351,7 @@ impl ModelFile {
                     "{name} has {bound} {value:e} {}: no valve is as fast",
                     parameter.unit
                 ),
-                "give bounds of rates below 1e7 1/s, and of time constants above 1e-7 s",
+                "give bounds of rates below 1e7 1/s, of time constants above 1e-7 s, and of their ratios from 1e-3 on",
             ));
         }
         if !(*low..=*high).contains(start) {

@@ -111,6 +111,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "hysteresis~linkage",
         "hysteresis~gradual",
         "hysteresis~spread",
+        "hysteresis~loop",
         "integral_action~windup",
         "integral_action~tracking",
         "integral_action~clamping",
@@ -532,7 +533,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 89] = [
+const TWINS: [Twin; 90] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -605,6 +606,11 @@ const TWINS: [Twin; 89] = [
         "command_lag~loop=0.002",
         "command_lag~loop",
         &[("loop_lag", 2.0 / 3.0)],
+    ),
+    (
+        "hysteresis~loop=0.05:share=0.4",
+        "hysteresis~loop",
+        &[("loop_hysteresis", 0.05), ("loop_hysteresis_share", 0.4)],
     ),
     ("slew_limit=300", "slew_limit", &[("slew_limit", 300.0)]),
     ("slew_limit=120", "slew_limit", &[("slew_limit", 120.0)]),

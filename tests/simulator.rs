@@ -613,8 +613,9 @@ fn random_valves_with_everything_stay_in_bounds() {
         };
         let run = setup.simulate().unwrap();
         let highest = run.spool.iter().fold(0.0, |max: f64, x| max.max(x.abs()));
+        // Of a loop with hardly any damping, a limit of its speed makes one that rocks: this far is seen, and no further.
         assert!(
-            highest < 20.0,
+            highest < 3.0 * FULL_SCALE,
             "{:?} {:?}: {highest}",
             setup.planted,
             setup.outsiders

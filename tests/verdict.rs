@@ -298,6 +298,12 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             &[("hysteresis_spread", 0.3)],
         ),
         (
+            "hysteresis~loop=0.3:share=0.6",
+            "hysteresis,friction,delay,flow_force",
+            ["hysteresis", "loop"],
+            &[("loop_hysteresis", 0.3), ("loop_hysteresis_share", 0.6)],
+        ),
+        (
             "delay~loop=0.0015",
             "delay,spool_resonance,command_lag,sensor_lag",
             ["delay", "loop"],

@@ -157,6 +157,7 @@ impl Open {
             }
             Kind::Hysteresis if form == Form::Gradual => extra("travel", 0.2, 3.0),
             Kind::Hysteresis if form == Form::Spread => extra("widest", 0.5, 4.0),
+            Kind::Hysteresis if form == Form::Loop => extra("share", 0.3, 0.9),
             Kind::IntegralAction if form == Form::Tracking => extra("tracking", 20.0, 200.0),
             Kind::IntegralAction if form == Form::Limited => extra("limit", 0.1, 1.0),
             _ => {}

@@ -202,16 +202,49 @@ impl Pade {
 
 /// A loop that does not depend on the rate; its half-width is b.
 enum Hysteresis {
-    /// y = u + Σ c (p − u), p = max(u − r, min(u + r, p₋)).
-    Plays(Vec<Play>),
+    Plays(Plays),
     BoucWen(BoucWen),
     Gradual(Gradual),
 }
+
+/// y = u + Σ c (p − u), p = max(u − r, min(u + r, p₋)).
+pub(super) struct Plays(Vec<Play>);
 
 struct Play {
     half_width: f64,
     share: f64,
     output: f64,
+}
+
+impl Plays {
+    /// So `many` plays of any width up to the `widest`, at rest at `u`, that are behind by `half_width` where all are crossed.
+    pub(super) fn of_any_width(half_width: f64, widest: f64, many: usize, u: f64) -> Self {
+        let one = |k: usize| Play {
+            half_width: widest * (k as f64 + 0.5) / many as f64,
+            share: 2.0 * half_width / (widest * many as f64),
+            output: u,
+        };
+        Self((0..many).map(one).collect())
+    }
+
+    /// What comes through where `u` has gone straight here.
+    pub(super) fn passed(&self, u: f64) -> f64 {
+        let behind = |play: &Play| play.share * (play.follower(u) - u);
+        u + self.0.iter().map(behind).sum::<f64>()
+    }
+
+    /// `u` has gone straight here.
+    pub(super) fn keep(&mut self, u: f64) {
+        for play in &mut self.0 {
+            play.output = play.follower(u);
+        }
+    }
+}
+
+impl Play {
+    fn follower(&self, u: f64) -> f64 {
+        self.output.clamp(u - self.half_width, u + self.half_width)
+    }
 }
 
 /// y = u − b ζ with ζ' = u' / w (1 − |ζ| (1 + sign(u' ζ)) / 2): the loop closes to ±b over a travel of some w.
@@ -245,7 +278,7 @@ impl Hysteresis {
             output: command,
         };
         if let Some(p) = of(Form::Usual) {
-            return Some(Self::Plays(vec![play(p.value)]));
+            return Some(Self::Plays(Plays(vec![play(p.value)])));
         }
         if let Some(p) = of(Form::Preisach) {
             let share = 1.0 / PREISACH.len() as f64;
@@ -253,15 +286,13 @@ impl Hysteresis {
                 share,
                 ..play(r * p.value)
             });
-            return Some(Self::Plays(plays.into()));
+            return Some(Self::Plays(Plays(plays.into())));
         }
         if let Some(p) = of(Form::Spread) {
             let widest = p.key("widest").unwrap_or(1.0);
-            let one = |k: usize| Play {
-                share: 2.0 * p.value / (widest * MANY as f64),
-                ..play(widest * (k as f64 + 0.5) / MANY as f64)
-            };
-            return Some(Self::Plays((0..MANY).map(one).collect()));
+            return Some(Self::Plays(Plays::of_any_width(
+                p.value, widest, MANY, command,
+            )));
         }
         if let Some(p) = of(Form::Gradual) {
             return Some(Self::Gradual(Gradual {
@@ -284,13 +315,8 @@ impl Hysteresis {
     fn apply(&mut self, u: f64) -> f64 {
         match self {
             Self::Plays(plays) => {
-                let mut behind = 0.0;
-                for play in plays.iter_mut() {
-                    let (low, high) = (u - play.half_width, u + play.half_width);
-                    play.output = play.output.clamp(low, high);
-                    behind += play.share * (play.output - u);
-                }
-                u + behind
+                plays.keep(u);
+                plays.passed(u)
             }
             Self::BoucWen(loop_) => loop_.apply(u),
             Self::Gradual(loop_) => loop_.apply(u),

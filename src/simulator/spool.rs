@@ -1,5 +1,6 @@
 //! The spool and its loop: feed-forward, resonance, slew limit, friction, flow force and stroke limit.
 
+use super::electronics::Plays;
 use super::filter::runge_kutta;
 use super::outsider::{self, Oddity, Outsider, strength};
 use super::planted::{Form, Kind, Planted, find, value};
@@ -35,6 +36,8 @@ pub(super) struct Spool {
     before_limit: Option<BeforeLimit>,
     backlash: Option<Backlash>,
     linkage: Option<Backlash>,
+    /// The iron of a torque motor, which the error comes through.
+    iron: Option<Plays>,
     transducer: Transducer,
     resonance: Option<Resonance>,
     /// Time constant of a lag of the drive, s.
@@ -254,6 +257,9 @@ impl Backlash {
     }
 }
 
+/// Plays of the iron: so many are as good as one of every width.
+const MANY: usize = 100;
+
 fn stribeck_level(coulomb: f64, excess: f64, stribeck: f64, velocity: f64) -> f64 {
     if excess == 0.0 {
         return coulomb;
@@ -376,6 +382,14 @@ impl Spool {
             before_limit: BeforeLimit::planted(planted),
             backlash: play(Form::Feedback),
             linkage: play(Form::Linkage),
+            iron: find(planted, Kind::Hysteresis, Form::Loop).map(|p| {
+                Plays::of_any_width(
+                    p.value,
+                    2.0 * p.value / p.key("share").unwrap_or(0.5),
+                    MANY,
+                    0.0,
+                )
+            }),
             transducer: Transducer::planted(planted),
             resonance: Resonance::planted(&valve, planted),
             drive_lag: limit(Kind::CommandLag, Form::Loop),
@@ -396,6 +410,8 @@ impl Spool {
     /// Moves on by `h` s, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is
     /// `drop` times the rated one.
     pub(super) fn step(&mut self, command: [f64; 2], drop: f64, h: f64) {
+        // Where the command has come with the row the error is largest.
+        self.magnetise(command[0]);
         let late = self.drive_delay.is_some();
         let begins = late.then(|| self.valve.gain * self.driven(command[0], drop));
         match self.friction {
@@ -414,6 +430,7 @@ impl Spool {
         {
             self.state[5] = self.state[5].clamp(-limit, *limit);
         }
+        self.magnetise(command[1]);
         let x = self.state[0];
         for play in [&mut self.backlash, &mut self.linkage]
             .into_iter()
@@ -599,10 +616,20 @@ impl Spool {
         drive + self.after_limit(integral) / self.valve.gain
     }
 
+    /// The error of `command` has come to the iron.
+    fn magnetise(&mut self, command: f64) {
+        let [x, .., integral] = self.state;
+        let error = self.reference(command, integral) - self.fed_back(x);
+        if let Some(iron) = &mut self.iron {
+            iron.keep(error);
+        }
+    }
+
     /// sat(u − x) and what flow force, soft stop, detent and preload take from it, V; friction is not in it.
     fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
-        let fed_back = self.fed_back(x);
-        let mut drive = (u - fed_back).clamp(-self.valve.saturation, self.valve.saturation);
+        let error = u - self.fed_back(x);
+        let error = self.iron.as_ref().map_or(error, |iron| iron.passed(error));
+        let mut drive = error.clamp(-self.valve.saturation, self.valve.saturation);
         if let Speed::Integrator(limit) = self.speed {
             let limit = limit / self.valve.gain;
             drive = drive.clamp(-limit, limit);

@@ -278,6 +278,22 @@ impl<R: Real> HysteresisSpread<R> {
             widest,
         }
     }
+
+    /// Where the play of number `k` is that was at `follower`, when what leads it is at `leader`.
+    #[inline(always)]
+    fn follower(&self, k: usize, follower: R, leader: R) -> R {
+        behind_play(R::constant(WIDTHS[k]) * self.widest, follower, leader)
+    }
+
+    /// What is to be added to `leader`, where each play is where `follower` of its number says.
+    #[inline(always)]
+    fn behind(&self, leader: R, follower: impl Fn(usize) -> R) -> R {
+        let mut behind = R::constant(0.0);
+        for k in 0..WIDTHS.len() {
+            behind = behind + (follower(k) - leader);
+        }
+        self.share * behind
+    }
 }
 
 impl<R: Real> Act<R> for HysteresisSpread<R> {
@@ -287,18 +303,109 @@ impl<R: Real> Act<R> for HysteresisSpread<R> {
     )]
     #[inline(always)]
     fn command(&self, own: &mut [R], command: R) -> R {
-        let mut behind = R::constant(0.0);
         for k in 0..WIDTHS.len() {
-            let width = R::constant(WIDTHS[k]) * self.widest;
-            own[k] = behind_play(width, own[k], command);
-            behind = behind + (own[k] - command);
+            own[k] = self.follower(k, own[k], command);
         }
-        command + self.share * behind
+        command
+            + self.behind(
+                command,
+                #[inline(always)]
+                |k| own[k],
+            )
     }
 
     #[inline(always)]
     fn settled(&self, own: &mut [R], value: R) {
         own[..WIDTHS.len()].fill(value);
+    }
+}
+
+pub(super) const LOOP: Entry = Entry {
+    name: "hysteresis~loop",
+    port: Port::Actuator,
+    summary: "The loop's own drive acts through many plays: the iron of a torque motor behind the spool's controller",
+    finding: "the loop's own drive acts through a hysteresis of ±{loop_hysteresis}; {loop_hysteresis_share} of it passes through plays",
+    equation: "sat(h(u - x), S), h(e) = e + (s / 4) sum (p_k - e), p_k of e behind plays of W/8, 3W/8, 5W/8, 7W/8, W = 2 b / s; \
+               b = loop_hysteresis, s = loop_hysteresis_share",
+    shows: "a spool that comes to rest beyond its command after a step, by more the larger the error was, and as far beside it in slow \
+            motion after that",
+    confused: "friction, which holds the spool short of its command; hysteresis, behind which the spool stays in slow motion, too",
+    source: "magnetic hysteresis of a torque motor inside an electrical loop: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        vec![
+            half_width("loop_hysteresis", scale),
+            // Of more than all, the drive would go the other way after each reversal.
+            Parameter::linear("loop_hysteresis_share", "-", 0.1, 0.5, 0.95),
+        ]
+    },
+    trials: |scale, _| {
+        [[0.003, 0.4], [0.01, 0.4], [0.01, 0.8], [0.03, 0.8]]
+            .map(|[width, share]| vec![width * scale.command, share])
+            .to_vec()
+    },
+    applies: host::moves_a_spool,
+    states: &[
+        "narrow_loop_play",
+        "second_loop_play",
+        "third_loop_play",
+        "wide_loop_play",
+        "spool_before",
+    ],
+    ..ENTRY
+};
+
+/// The drive of the loop acts through many plays.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct HysteresisOfLoop<R>(HysteresisSpread<R>);
+
+impl<R: Real> HysteresisOfLoop<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        let (width, share) = (next(), next());
+        Self(HysteresisSpread {
+            share: share / R::constant(WIDTHS.len() as f64),
+            widest: R::constant(2.0) * width / share,
+        })
+    }
+
+    /// Where the play of number `k` is when the error is that of this command and `spool`; it was largest when the command came.
+    #[inline(always)]
+    fn follower(&self, k: usize, own: &[R], error: R, stage: &Stage<R>) -> R {
+        let first = self
+            .0
+            .follower(k, own[k], stage.command - own[WIDTHS.len()]);
+        self.0.follower(k, first, error)
+    }
+}
+
+impl<R: Real> Act<R> for HysteresisOfLoop<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, own: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
+        let error = command - spool;
+        command
+            + self.0.behind(
+                error,
+                #[inline(always)]
+                |k| self.follower(k, own, error, stage),
+            )
+    }
+
+    #[inline(always)]
+    fn remember(&self, own: &mut [R], command: R, spool: R, stage: &Stage<R>) {
+        for k in 0..WIDTHS.len() {
+            own[k] = self.follower(k, own, command - spool, stage);
+        }
+        own[WIDTHS.len()] = spool;
+    }
+
+    #[inline(always)]
+    fn settled_spool(&self, own: &mut [R], spool: R) {
+        own[..WIDTHS.len()].fill(R::constant(0.0));
+        own[WIDTHS.len()] = spool;
     }
 }
 
@@ -345,6 +452,34 @@ mod tests {
         let halfway = 5.0 - 2.0 * (2.0 - 2f64.sqrt());
         let left = halfway - effect.command(&mut own, halfway);
         assert!(left.abs() < 0.02, "{left}");
+    }
+
+    #[test]
+    fn iron_in_the_loop_holds_the_spool_beyond_a_step_and_keeps_it_there() {
+        let mut values = [0.5, 0.5].into_iter();
+        let effect: HysteresisOfLoop<f64> = HysteresisOfLoop::new(|| values.next().unwrap());
+        let mut own = [9.0; 5];
+        effect.settled_spool(&mut own, 0.0);
+        // What drives the spool, which is pulled to where nothing does.
+        let drive = |own: &[f64; 5], command, spool| {
+            effect.reference(own, command, spool, &Stage::first(command, 0.0)) - spool
+        };
+        let mut rest = |command: f64, mut spool: f64| {
+            for _ in 0..2000 {
+                let to = spool + 0.05 * drive(&own, command, spool);
+                effect.remember(&mut own, command, spool, &Stage::first(command, 0.0));
+                spool = to;
+            }
+            spool
+        };
+        // From an error of 5 all plays are crossed on the way down; slow motion needs none that crosses any.
+        let far = rest(5.0, 0.0);
+        assert!((far - 5.5).abs() < 1e-6, "{far}");
+        let slow = (1..=400).fold(far, |spool, k| rest(5.0 - 0.01 * f64::from(k), spool));
+        assert!((slow - 1.5).abs() < 0.02, "{slow}");
+        // After a step of 0.5 on, the narrowest play is crossed and the others stay: e + c (0.5 - 3 e - 0.25) = 0, c = 1/8.
+        let near = rest(0.5, slow);
+        assert!((near - 0.6).abs() < 0.02, "{near}");
     }
 
     #[test]

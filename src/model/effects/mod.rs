@@ -270,6 +270,7 @@ catalogue! {
     gain_curvature::GainOfLaminarFlow = LAMINAR,
     delay::DelayOfLoop = LOOP,
     command_lag::CommandLagOfLoop = LOOP,
+    hysteresis::HysteresisOfLoop = LOOP,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -112,6 +112,8 @@ fn the_catalogue_is_that_of_the_reference() {
         "hysteresis~gradual",
         "hysteresis~spread",
         "hysteresis~loop",
+        "asymmetric_gain~loop",
+        "asymmetric_gain~pilot",
         "integral_action~windup",
         "integral_action~tracking",
         "integral_action~clamping",
@@ -533,7 +535,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 90] = [
+const TWINS: [Twin; 92] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -611,6 +613,16 @@ const TWINS: [Twin; 90] = [
         "hysteresis~loop=0.05:share=0.4",
         "hysteresis~loop",
         &[("loop_hysteresis", 0.05), ("loop_hysteresis_share", 0.4)],
+    ),
+    (
+        "asymmetric_gain~loop=0.2",
+        "asymmetric_gain~loop",
+        &[("loop_asymmetry", 0.2)],
+    ),
+    (
+        "asymmetric_gain~pilot=-0.2",
+        "asymmetric_gain~pilot",
+        &[("pilot_asymmetry", -0.2)],
     ),
     ("slew_limit=300", "slew_limit", &[("slew_limit", 300.0)]),
     ("slew_limit=120", "slew_limit", &[("slew_limit", 120.0)]),

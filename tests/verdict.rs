@@ -304,6 +304,18 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             &[("loop_hysteresis", 0.3), ("loop_hysteresis_share", 0.6)],
         ),
         (
+            "asymmetric_gain~loop=0.15",
+            "asymmetric_gain,slew_limit,null_bias,sensor_offset",
+            ["asymmetric_gain", "loop"],
+            &[("loop_asymmetry", 0.15)],
+        ),
+        (
+            "asymmetric_gain~pilot=-0.15",
+            "asymmetric_gain,slew_limit,null_bias,sensor_offset",
+            ["asymmetric_gain", "pilot"],
+            &[("pilot_asymmetry", -0.15)],
+        ),
+        (
             "delay~loop=0.0015",
             "delay,spool_resonance,command_lag,sensor_lag",
             ["delay", "loop"],

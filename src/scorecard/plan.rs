@@ -229,7 +229,6 @@ fn of_outsider(oddity: Oddity) -> Place {
         | Oddity::Creep
         | Oddity::GainDrift
         | Oddity::EddyCurrent
-        | Oddity::DirectionGain
         | Oddity::SpringPreload
         | Oddity::TorqueLimit => Place::BeforeSpool,
         Oddity::SensorDeadBand

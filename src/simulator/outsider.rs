@@ -44,8 +44,6 @@ pub enum Oddity {
     /// Eddy currents in the coil: this share of the command comes through lags of 2, 10 and 50 ms, a third of it through
     /// each. \[1\]
     EddyCurrent,
-    /// The valve opens faster than it closes: K (1 + value) where the drive is positive. \[1\]
-    DirectionGain,
     /// Preloaded centring springs: the drive loses value · x / √(x² + (0.1 V)²). \[V\]
     SpringPreload,
     /// The motor's torque ends: |T v'| ≤ 100 V/s / value. \[1\]
@@ -64,7 +62,7 @@ pub enum Oddity {
 
 impl Oddity {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 22] = [
         Self::GainJump,
         Self::CoarseDac,
         Self::RateGain,
@@ -80,7 +78,6 @@ impl Oddity {
         Self::Dropout,
         Self::GainDrift,
         Self::EddyCurrent,
-        Self::DirectionGain,
         Self::SpringPreload,
         Self::TorqueLimit,
         Self::SupplyHunting,
@@ -108,7 +105,6 @@ impl Oddity {
             Self::Dropout => ("dropout", "1", 0.03),
             Self::GainDrift => ("gain_drift", "1", 0.05),
             Self::EddyCurrent => ("eddy_current", "1", 0.2),
-            Self::DirectionGain => ("direction_gain", "1", 0.3),
             Self::SpringPreload => ("spring_preload", "V", 0.15),
             Self::TorqueLimit => ("torque_limit", "1", 0.5),
             Self::SupplyHunting => ("supply_hunting", "1", 0.1),
@@ -272,11 +268,6 @@ pub(super) fn quadratic_drag(strength: f64, velocity: f64) -> f64 {
 /// The factor of a loop gain that grows with the spool's deflection.
 pub(super) fn amplitude_gain(strength: f64, spool: f64) -> f64 {
     1.0 + strength * spool.abs() / FULL_SCALE
-}
-
-/// The factor of a loop gain that is larger for a positive drive.
-pub(super) fn direction_gain(strength: f64, drive: f64) -> f64 {
-    if drive > 0.0 { 1.0 + strength } else { 1.0 }
 }
 
 /// What preloaded springs take from the drive, V.

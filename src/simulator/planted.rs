@@ -338,7 +338,7 @@ impl Kind {
                     ("negative", 0.0, &[Form::Edges]),
                     ("clearance", 2.0, &[Form::Clearance]),
                 ]),
-            Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[], &[]),
+            Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[Form::Loop, Form::Pilot], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
                 &[Form::Knee, Form::Shaped, Form::Round, Form::Laminar], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0,

@@ -27,7 +27,9 @@ pub(super) struct Spool {
     stop: Stop,
     quadratic_damping: f64,
     amplitude_gain: f64,
-    direction_gain: f64,
+    /// What each side of the drive, and of a pilot stage's flow, has more than their mean.
+    asymmetry: f64,
+    pilot_asymmetry: f64,
     detent: f64,
     spring_preload: f64,
     torque_limit: f64,
@@ -373,7 +375,8 @@ impl Spool {
             stop,
             quadratic_damping: strength(outsiders, Oddity::QuadraticDamping),
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
-            direction_gain: strength(outsiders, Oddity::DirectionGain),
+            asymmetry: limit(Kind::AsymmetricGain, Form::Loop).unwrap_or(0.0),
+            pilot_asymmetry: limit(Kind::AsymmetricGain, Form::Pilot).unwrap_or(0.0),
             detent: strength(outsiders, Oddity::Detent),
             spring_preload: strength(outsiders, Oddity::SpringPreload),
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
@@ -502,6 +505,7 @@ impl Spool {
             Stop::Elastic { limit, rate } => w - rate * (x - x.clamp(-limit, limit)),
             _ => w,
         };
+        let w = w * (1.0 + self.pilot_asymmetry * w.signum());
         match self.speed {
             Speed::Limited(limit) | Speed::Windup(limit) => w.clamp(-limit, limit),
             Speed::Rounded { up, down, bend, .. } => {
@@ -680,7 +684,7 @@ impl Spool {
                 }
                 let gain = self.valve.gain
                     * outsider::amplitude_gain(self.amplitude_gain, x)
-                    * outsider::direction_gain(self.direction_gain, drive);
+                    * (1.0 + self.asymmetry * drive.signum());
                 let proportional = gain * drive;
                 let driven = late.unwrap_or(proportional + self.after_limit(integral));
                 let grows = self.grows(u, x, integral, proportional);

@@ -1,7 +1,8 @@
 //! The two directions have different gains.
 
 use super::host;
-use super::{Act, Entry, Port};
+use super::in_loop::lag_alone;
+use super::{Act, Entry, Motion, Port};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -44,8 +45,89 @@ impl<R: Real> Act<R> for AsymmetricGain<R> {
     }
 }
 
+pub(super) const LOOP: Entry = Entry {
+    name: "asymmetric_gain~loop",
+    port: Port::Actuator,
+    summary: "The spool is driven harder to one side than to the other",
+    finding: "the drive of the spool is larger to one side than to the other, by {loop_asymmetry} either way",
+    equation: "T dw/dt + w = d (1 + loop_asymmetry sign(d)), d = K sat(u - x, S)",
+    shows: "steps that are slower one way than the other, whatever their size, and that come to rest alike",
+    confused: "slew_limit~sides and slew_limit~uneven, whose small steps are alike to both sides",
+    source: "output stages of amplifiers, and nozzles that differ: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |_, _| vec![Parameter::linear("loop_asymmetry", "1", -0.9, 0.0, 0.9)],
+    trials: |_, _| vec![vec![0.1]],
+    applies: host::moves_a_spool,
+    ..ENTRY
+};
+
+/// The spool is driven harder to one side than to the other.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct AsymmetricGainOfLoop<R> {
+    share: R,
+}
+
+impl<R: Real> AsymmetricGainOfLoop<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { share: next() }
+    }
+}
+
+impl<R: Real> Act<R> for AsymmetricGainOfLoop<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn drive(&self, _own: &[R], drive: R, _motion: &Motion<R>) -> R {
+        drive + self.share * drive.abs()
+    }
+}
+
+pub(super) const PILOT: Entry = Entry {
+    name: "asymmetric_gain~pilot",
+    summary: "The spool's speed is the flow of a pilot stage, which delivers more to one side than to the other",
+    finding: "the pilot stage delivers more to one side than to the other, by {pilot_asymmetry} either way",
+    equation: "T dw/dt + w = K sat(u - x, S), dx/dt = w (1 + pilot_asymmetry sign(w))",
+    confused: "asymmetric_gain~loop, whose asymmetry the lag smooths; slew_limit~sides and slew_limit~uneven, whose small steps are \
+               alike to both sides",
+    source: "flow of a pilot stage to unequal areas of the spool: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |_, _| vec![Parameter::linear("pilot_asymmetry", "1", -0.9, 0.0, 0.9)],
+    ..LOOP
+};
+
+/// The pilot stage delivers more to one side than to the other.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct AsymmetricGainOfPilot<R> {
+    share: R,
+}
+
+impl<R: Real> AsymmetricGainOfPilot<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { share: next() }
+    }
+}
+
+impl<R: Real> Act<R> for AsymmetricGainOfPilot<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn drive(&self, own: &[R], drive: R, motion: &Motion<R>) -> R {
+        lag_alone(drive, motion, self.speed(own, motion.speed, motion))
+    }
+
+    #[inline(always)]
+    fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
+        speed + self.share * speed.abs()
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::in_loop::tests::AT;
     use super::*;
 
     #[test]
@@ -53,5 +135,23 @@ mod tests {
         let mut values = [0.25].into_iter();
         let effect: AsymmetricGain<f64> = AsymmetricGain::new(|| values.next().unwrap());
         assert_eq!([8.0, -8.0].map(|x| effect.opening(x)), [10.0, -6.0]);
+    }
+
+    #[test]
+    fn a_pilot_stage_is_driven_alike_and_a_loop_is_not() {
+        let [of_loop, of_pilot] = [
+            &AsymmetricGainOfLoop::new(|| 0.25) as &dyn Act<f64>,
+            &AsymmetricGainOfPilot::new(|| 0.25),
+        ];
+        let at = |speed| Motion { speed, ..AT };
+        // What w is driven by and what the spool makes of it.
+        let passed = |effect: &dyn Act<f64>, [drive, speed]: [f64; 2]| {
+            let led = effect.drive(&[], drive, &at(speed));
+            [led, effect.speed(&[], speed, &at(speed))]
+        };
+        assert_eq!(passed(of_loop, [80.0, -40.0]), [100.0, -40.0]);
+        // T dw/dt = 80 - 40, where the state that leads has the spool's own speed besides.
+        assert_eq!(passed(of_pilot, [80.0, 40.0]), [90.0, 50.0]);
+        assert_eq!(passed(of_pilot, [-80.0, -40.0]), [-70.0, -30.0]);
     }
 }

@@ -3,6 +3,13 @@
 use super::{Act, Motion};
 use crate::model::Real;
 
+/// The drive of a lag that follows it and not the spool, of which a curve makes this `speed`: z = x + T v leads by what that
+/// takes from v.
+#[inline(always)]
+pub(super) fn lag_alone<R: Real>(drive: R, motion: &Motion<R>, speed: R) -> R {
+    drive - (motion.speed - speed)
+}
+
 /// What makes v of w; its states are rates, zero at rest.
 pub(in crate::model) trait InLoop<R> {
     /// With values for its parameters.

@@ -271,6 +271,8 @@ catalogue! {
     delay::DelayOfLoop = LOOP,
     command_lag::CommandLagOfLoop = LOOP,
     hysteresis::HysteresisOfLoop = LOOP,
+    asymmetric_gain::AsymmetricGainOfLoop = LOOP,
+    asymmetric_gain::AsymmetricGainOfPilot = PILOT,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

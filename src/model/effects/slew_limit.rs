@@ -1,6 +1,7 @@
 //! The spool's speed is limited.
 
 use super::host;
+use super::in_loop::lag_alone;
 use super::view::{Excitation, Over, Values, View};
 use super::{Act, Entry, Motion, Port, Scale, Stage};
 use crate::model::{Parameter, Real};
@@ -271,13 +272,6 @@ impl<R: Real> Act<R> for SlewLimitOfPilot<R> {
     fn speed(&self, own: &[R], speed: R, motion: &Motion<R>) -> R {
         self.flow.speed(own, speed, motion)
     }
-}
-
-/// The drive of a lag that follows it and not the spool, of which a curve makes this `speed`: z = x + T v leads by what that
-/// takes from v.
-#[inline(always)]
-fn lag_alone<R: Real>(drive: R, motion: &Motion<R>, speed: R) -> R {
-    drive - (motion.speed - speed)
 }
 
 pub(super) const SIDES: Entry = Entry {

@@ -189,7 +189,8 @@ impl<R: Real> DcGainHeating<R> {
     /// How warm it is: `own` is that when the step began.
     #[inline(always)]
     fn warmth(&self, own: &[R], command: R, stage: &Stage<R>) -> R {
-        let [before, after] = [stage.command, command].map(|command| self.heated(command));
+        let before = self.heated(stage.command);
+        let after = self.heated(command);
         lagged(own[0], before, after, self.time_constant, stage.since)
     }
 }

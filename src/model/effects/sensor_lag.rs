@@ -201,7 +201,7 @@ impl<R: Real> Act<R> for SensorLagOfTurbine<R> {
     fn filter(&self, own: &mut [R], before: R, after: R, step: R) {
         let through = R::constant(0.5) * (before.abs() + after.abs());
         let time_constant = self.time_constant * self.span / (through + self.rest * self.span);
-        let [before, after] = [before, after].map(|flow| self.shown(flow));
+        let (before, after) = (self.shown(before), self.shown(after));
         own[0] = lagged(own[0], before, after, time_constant, step);
     }
 

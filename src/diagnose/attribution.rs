@@ -413,7 +413,8 @@ impl<'a, 'b> Selection<'a, 'b> {
             let own = effect.output.is_some_and(|one| resolved.contains(&one));
             !own && self.allowed.ever(effect)
         };
-        let worth = |before: &Model, after: &Model| self.worth(before, after);
+        let worth =
+            |before: &Model, after: &Model| self.evidence.lowers(self.excess, before, after);
         let (sensors, all) = with_sensors(self.evidence, model, allowed, worth)?;
         let worthy = models.iter().map(|(_, one)| one);
         let worthy = worthy.filter(|one| self.worth(model, one));

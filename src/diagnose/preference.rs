@@ -29,15 +29,17 @@ impl Evidence {
     /// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough. `excess` is the
     /// base model's.
     pub(super) fn worth(&self, excess: f64, before: &Model, after: &Model) -> bool {
+        // The little that others leave may be their own form: a cause of its own explains it to the end.
+        let remainder = before.loss(Side::HoldOut) < NEAR * NEAR && before.excess() < excess;
+        (!remainder || self.is_followed_by(after)) && self.lowers(excess, before, after)
+    }
+
+    /// The same, whether or not it follows others: as for zeros of sensors, which are no form of a cause.
+    pub(super) fn lowers(&self, excess: f64, before: &Model, after: &Model) -> bool {
         let (old, new) = (before.loss(Side::HoldOut), after.loss(Side::HoldOut));
         let plain = (LEAST_OF_EXCESS * excess).min(LEAST_OF_LEFT * before.excess());
         let least = plain.max(LEAST_OF_COST * old);
         if old - new < least || after.loss(Side::Fit) >= before.loss(Side::Fit) {
-            return false;
-        }
-        // The little that others leave may be their own form: a cause of its own explains it to the end.
-        let remainder = old < NEAR * NEAR && before.excess() < excess;
-        if remainder && !self.is_followed_by(after) {
             return false;
         }
         let weights = vec![1.0; before.hold_out.len()];
@@ -210,6 +212,8 @@ mod tests {
             println!("{name}: {losses:?}, alone {alone}, behind others {behind}");
             assert!(!behind || evidence.is_followed_by(&after), "{name}");
             if alone && !behind {
+                let lowers = evidence.lowers(100.0 * before.excess(), &before, &after);
+                assert!(lowers, "{name}");
                 refused.push(name);
             }
         }

@@ -335,7 +335,7 @@ pub(super) const LOOP: Entry = Entry {
         vec![
             half_width("loop_hysteresis", scale),
             // Of more than all, the drive would go the other way after each reversal.
-            Parameter::linear("loop_hysteresis_share", "-", 0.1, 0.5, 0.95),
+            Parameter::linear("loop_hysteresis_share", "1", 0.1, 0.5, 0.95),
         ]
     },
     trials: |scale, _| {

@@ -413,9 +413,9 @@ impl<'a, 'b> Selection<'a, 'b> {
             let own = effect.output.is_some_and(|one| resolved.contains(&one));
             !own && self.allowed.ever(effect)
         };
-        let worth =
+        let lowers =
             |before: &Model, after: &Model| self.evidence.lowers(self.excess, before, after);
-        let (sensors, all) = with_sensors(self.evidence, model, allowed, worth)?;
+        let (sensors, all) = with_sensors(self.evidence, model, allowed, lowers)?;
         let worthy = models.iter().map(|(_, one)| one);
         let worthy = worthy.filter(|one| self.worth(model, one));
         let among: Vec<&Model> = worthy.chain([&all]).collect();

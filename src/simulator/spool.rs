@@ -622,11 +622,12 @@ impl Spool {
 
     /// The error of `command` has come to the iron.
     fn magnetise(&mut self, command: f64) {
+        let Some(mut iron) = self.iron.take() else {
+            return;
+        };
         let [x, .., integral] = self.state;
-        let error = self.reference(command, integral) - self.fed_back(x);
-        if let Some(iron) = &mut self.iron {
-            iron.keep(error);
-        }
+        iron.keep(self.reference(command, integral) - self.fed_back(x));
+        self.iron = Some(iron);
     }
 
     /// sat(u − x) and what flow force, soft stop, detent and preload take from it, V; friction is not in it.

@@ -587,15 +587,11 @@ impl<'a, 'b> Selection<'a, 'b> {
         let models: Vec<Model> = pairs
             .into_par_iter()
             .filter_map(|[first, second]| {
-                let one = self.evidence.polished(self.evidence.extended(
-                    model,
-                    first.effect,
-                    &first.starts[0].0,
-                ))?;
-                let both = self
-                    .evidence
-                    .extended(&one, second.effect, &second.starts[0].0);
-                self.evidence.polished(both)
+                let evidence = self.evidence;
+                let start = evidence.extended(model, first.effect, &first.starts[0].0);
+                let one = model.begun_with(evidence.polished_a_little(start)?.problem);
+                let both = evidence.extended(&one, second.effect, &second.starts[0].0);
+                evidence.polished(both)
             })
             .collect();
         if !self.stage.goes_on() {
@@ -641,8 +637,10 @@ impl<'a, 'b> Selection<'a, 'b> {
             forms.map(move |form| (effect, form))
         });
         let changes: Vec<(Effect, Effect)> = changes.collect();
+        let own = self.evidence.polished_a_little(model.problem.clone())?;
         let begun = changes.into_par_iter().filter_map(|(effect, form)| {
-            Some((form, self.evidence.handed_on(model, effect, form)?))
+            let begun = self.evidence.handed_on(model, effect, form)?;
+            (begun.cost < own.cost).then_some((form, begun))
         });
         let others = to_the_end(self.evidence, least_costly(begun.collect(), FOLLOWED, 1));
         let better: Vec<&Model> = others

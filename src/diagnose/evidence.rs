@@ -18,6 +18,7 @@ use crate::evaluate::{
 use crate::model::actuator::{damping_ratio, gain_and_lag, natural_frequency};
 use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
 use crate::model::effects::{Effect, Scale};
+use crate::model::integrate::STEP_FRACTION;
 use crate::model::{Complete, Output, Outputs, Pace, Parameter, Signal, Structure};
 use crate::search::polish::{Flat, PolishOptions, polish};
 use crate::search::{
@@ -39,6 +40,11 @@ pub(super) const QUICK: PolishOptions = PolishOptions {
     cost_tolerance: 1e-5,
     damping: 1e-3,
 };
+/// Moving within what the fitted rows allow, where a model is nearly linear: what takes longer leads out of that.
+const NEARBY: PolishOptions = PolishOptions {
+    max_iterations: 10,
+    ..QUICK
+};
 /// A polish that shows which way a start leads.
 const SHORT: PolishOptions = PolishOptions {
     max_iterations: 6,
@@ -48,14 +54,18 @@ const SHORT: PolishOptions = PolishOptions {
     damping: 1e-3,
 };
 
-/// The integration steps of a diagnosis follow rates this many times the fitted model's: effects make it faster, and where an effect
-/// begins and ends within a step, that errs the more the longer it is.
-const HEADROOM: f64 = 3.0;
-/// The same where effects are only sought: what is found is judged in the other steps.
+/// What is integrated may err by this share of the noise at most where effects are chosen, and by a fifth of that on average.
+const HIDDEN: f64 = 0.4;
+/// The integration steps of a diagnosis follow rates this many times the fitted model's, at least and at most, as the noise asks:
+/// effects make it faster, and where an effect begins and ends within a step, that errs the more the longer it is.
+const HEADROOM: [f64; 2] = [1.0, 3.0];
+/// Where effects are only sought, at most: what is found is judged in the other steps. And steps there may be so many times longer
+/// than what is faster asks.
 const SEEKING_HEADROOM: f64 = 1.5;
+const SEEKING_LONGER: f64 = 2.0;
 
 /// Where the rows on which effects are sought are so many times fewer than all, a polish begins on them.
-const FAR_FEWER: usize = 2;
+const FAR_FEWER: usize = 4;
 /// The noise that hides what numbers of single precision err by, as a share of the largest value.
 const SINGLE: f64 = 1e-4;
 /// What is left of a lag that gives back what it imitates: more than half of a loop's lag is another than the one that its model has.
@@ -132,6 +142,14 @@ impl Model {
         }
     }
 
+    /// What begins as this `problem`; its residuals are still those of before.
+    pub(super) fn begun_with(&self, problem: Problem) -> Self {
+        Self {
+            problem,
+            ..self.clone()
+        }
+    }
+
     /// The structure.
     pub(super) fn structure(&self) -> &Structure {
         &self.problem.structure
@@ -183,19 +201,21 @@ impl Evidence {
             before.problem.structure.fastest_rate(&near)
         };
         let chosen_by = measurements.chosen_by();
-        let steps = |records: Vec<Series>, headroom: f64| {
-            Stepped::new(records, rate(headroom), HEADROOM / headroom)
-        };
+        let scale = before.problem.scale;
+        let headroom = headroom(largest_over_noise(&chosen_by.fit, &scale));
+        let judging = |records: Vec<Series>| Stepped::new(records, rate(headroom), 1.0);
+        let least = headroom.min(SEEKING_HEADROOM);
+        let seeking = |records: Vec<Series>| Stepped::new(records, rate(least), SEEKING_LONGER);
         let sought_on = match measurements.is_static {
             true => chosen_by.fit.clone(),
             false => sought_on(&chosen_by.fit),
         };
         Self {
-            screened_on: steps(chosen_by.fit.clone(), SEEKING_HEADROOM),
-            sought_on: steps(sought_on, SEEKING_HEADROOM),
-            fit: steps(chosen_by.fit, HEADROOM),
-            hold_out: steps(chosen_by.hold_out, HEADROOM),
-            scale: before.problem.scale,
+            screened_on: seeking(chosen_by.fit.clone()),
+            sought_on: seeking(sought_on),
+            fit: judging(chosen_by.fit),
+            hold_out: judging(chosen_by.hold_out),
+            scale,
             loss: before.problem.loss,
             noise: noise.clone(),
             sizes,
@@ -434,10 +454,8 @@ impl Evidence {
             return None;
         }
         let start = self.with_poles_of(model, effect)?;
-        let loop_alone = Model {
-            problem: self.problem(&model.structure().without(effect), &start),
-            ..model.clone()
-        };
+        let without = model.structure().without(effect);
+        let loop_alone = model.begun_with(self.problem(&without, &start));
         let trials = other.trials(&self.sizes).into_iter();
         let begun = trials.map(|trial| {
             let released = Start {
@@ -449,10 +467,11 @@ impl Evidence {
         self.best_begun(begun)
     }
 
-    /// The one of `starts` that costs least after a polish of few steps.
+    /// What a polish of few steps makes of the one of `starts` that costs least.
     fn best_begun(&self, starts: impl Iterator<Item = Problem>) -> Option<Begun> {
-        let begun = starts.filter_map(|start| self.polished_a_little(start));
-        begun.min_by(|a, b| a.cost.total_cmp(&b.cost))
+        let costs = starts.map(|start| (self.cost(&start), start));
+        let (_, least) = costs.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+        self.polished_a_little(least)
     }
 
     /// The parameters of `model` where its loop has the poles of its `effect`, which is of second order.
@@ -586,13 +605,7 @@ impl Evidence {
 
     /// Whether the noise of every channel is far above what numbers of single precision err by at its largest value.
     fn noise_hides_single_precision(&self) -> bool {
-        let records = self.records(Side::Fit).iter();
-        let mut channels = records.flat_map(|record| Output::ALL.map(|output| (record, output)));
-        channels.all(|(record, output)| {
-            let values = record.samples.iter().map(|row| row.target[output].abs());
-            let largest = values.fold(0.0, f64::max);
-            !record.measured[output] || SINGLE * largest * self.scale[output].sqrt() < 1.0
-        })
+        SINGLE * largest_over_noise(self.records(Side::Fit), &self.scale) < 1.0
     }
 
     /// What a polish of few steps makes of the problem's start on the rows on which effects are sought; `None` where that diverges,
@@ -656,7 +669,7 @@ impl Evidence {
             let (values, flats, evaluations) = polished?;
             self.count(evaluations);
             let held_out = &self.hold_out.under(&problem).data;
-            let set = set_by_held_out(&problem, interrupt, &values, &flats, held_out, &QUICK);
+            let set = set_by_held_out(&problem, interrupt, &values, &flats, held_out, &NEARBY);
             set_start(&mut problem, &set.values);
         }
         let fit = self.residuals(&problem, Side::Fit)?;
@@ -714,6 +727,28 @@ impl Evidence {
     }
 }
 
+/// The largest value of any channel of `records` over its noise, whose variance is one over its `scale`.
+fn largest_over_noise(records: &[Series], scale: &Outputs<f64>) -> f64 {
+    let channels = records
+        .iter()
+        .flat_map(|record| Output::ALL.map(|output| (record, output)));
+    let measured = channels.filter(|(record, output)| record.measured[*output]);
+    let largest = measured.map(|(record, output)| {
+        let values = record.samples.iter().map(|row| row.target[output].abs());
+        values.fold(0.0, f64::max) * scale[output].sqrt()
+    });
+    largest.fold(0.0, f64::max)
+}
+
+/// How many times the rates of a model the steps have to follow for what they err by to be hidden in the noise, of which values
+/// are so many times the `largest`: a step of length h within which a saturation begins or ends errs by up to (h λ)²/60 of that
+/// where the fastest rate is λ, far more than the fifth power that other steps do.
+fn headroom(largest: f64) -> f64 {
+    let step = (60.0 * HIDDEN / largest).sqrt();
+    let [least, most] = HEADROOM;
+    (STEP_FRACTION / step).clamp(least, most)
+}
+
 /// Where a base parameter no longer imitates an effect.
 fn out_of_the_way(parameter: &Parameter) -> f64 {
     match parameter.pace {
@@ -752,6 +787,41 @@ pub(super) mod tests {
     use crate::model::valve::{Meter, ValveForm};
     use crate::model::{FreeForm, ServoValve};
     use crate::record::{self, Channel, Record};
+
+    /// Jumps of the command every 40 ms in rows of 20 ms, of a spool that saturates and that no exact step moves.
+    #[test]
+    fn what_steps_err_by_is_hidden_in_the_noise() {
+        let structure = Structure::actuator(10.0, "V").with("integral_action".parse().unwrap());
+        let parameters = structure.parameters();
+        let rate = rate_at(&structure, &parameters);
+        let Data::Series(mut series) = (*workload::actuator(4000).data).clone() else {
+            unreachable!()
+        };
+        series[0].time = series[0].time.iter().copied().step_by(20).collect();
+        series[0].samples = series[0].samples.iter().copied().step_by(20).collect();
+        let simulated = |headroom: f64| {
+            let rows = Stepped::new(series.clone(), headroom * rate, 1.0);
+            let values = Complete::nominal(&parameters);
+            reference::trajectories(&structure, &values, rows.records()).remove(0)
+        };
+        let (exact, most) = (simulated(30.0), 9.0);
+        let mut steps = Vec::new();
+        // Up to where the most is asked.
+        for largest in [1.0, 30.0, 100.0, 300.0, 400.0] {
+            let own = headroom(largest);
+            let pairs = simulated(own).into_iter().zip(&exact);
+            let errors = pairs.map(|(own, exact)| own[Output::Spool] - exact[Output::Spool]);
+            let errors: Vec<f64> = errors.map(|error| error.abs() * largest / most).collect();
+            let greatest = errors.iter().copied().fold(0.0, f64::max);
+            let squares: f64 = errors.iter().map(|error| error * error).sum();
+            let average = (squares / errors.len() as f64).sqrt();
+            println!("{largest}: {own}, {greatest}, {average}");
+            assert!(greatest < HIDDEN && average < 0.2 * HIDDEN, "{largest}");
+            steps.push(own);
+        }
+        assert!(steps.is_sorted() && steps[0] == HEADROOM[0] && steps[4] > 2.0 * steps[0]);
+        assert_eq!(headroom(1e6), HEADROOM[1]);
+    }
 
     /// A spool with its flow, and a piston with what the supply delivers for it: every effect acts on one of them.
     fn structures() -> [Structure; 2] {

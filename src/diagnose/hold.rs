@@ -2,7 +2,7 @@
 //! latter first where the valve answers a jump sooner than it could answer a converter.
 
 use super::added::Added;
-use super::evidence::{Evidence, Model, QUICK, Side, set_start};
+use super::evidence::{Evidence, Model, QUICK, set_start};
 use super::fitted::Fitted;
 use super::identified::Identified;
 use super::measurements::{Measurements, starts};
@@ -130,20 +130,25 @@ pub(super) fn may_be_the_other_way(result: &Identified) -> bool {
 }
 
 /// Whether with the other of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all
-/// of them do as it was taken. What was added to those may make up for the wrong of the two: they say more than a result.
+/// of them do as it was taken, each after a few steps on the rows on which effects are sought. What was added to those may make up
+/// for the wrong of the two: they say more than a result.
 pub(super) fn come_closer(evidence: &Evidence, base: &Model, causes: &[(Effect, Model)]) -> bool {
-    let models = || causes.iter().map(|(_, model)| model).chain([base]);
-    let error = |model: &Model| model.loss(Side::HoldOut).sqrt();
-    let least = models().map(error).fold(f64::INFINITY, f64::min);
-    let problems: Vec<Problem> = models().map(|model| model.problem.clone()).collect();
-    let other = |mut problem: Problem| {
-        problem.structure.hold = problem.structure.hold.other();
-        evidence.polished(problem)
-    };
+    let models = causes.iter().map(|(_, model)| model).chain([base]);
+    let pairs: Vec<[Problem; 2]> = models
+        .map(|model| {
+            let mut other = model.problem.clone();
+            other.structure.hold = other.structure.hold.other();
+            [model.problem.clone(), other]
+        })
+        .collect();
+    let error = |problem: Problem| Some(evidence.polished_a_little(problem)?.cost.sqrt());
     // All of them, whichever comes first: each is counted.
-    let others: Vec<Model> = problems.into_par_iter().filter_map(other).collect();
-    let mut others = others.iter();
-    others.any(|other| is_closer([least, error(other)]))
+    let errors: Vec<[Option<f64>; 2]> = pairs.into_par_iter().map(|pair| pair.map(error)).collect();
+    let least = |way: usize| {
+        let errors = errors.iter().filter_map(|pair| pair[way]);
+        errors.fold(f64::INFINITY, f64::min)
+    };
+    is_closer([least(0), least(1)])
 }
 
 /// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.

@@ -59,9 +59,9 @@ const HIDDEN: f64 = 0.4;
 /// The integration steps of a diagnosis follow rates this many times the fitted model's, at least and at most, as the noise asks:
 /// effects make it faster, and where an effect begins and ends within a step, that errs the more the longer it is.
 const HEADROOM: [f64; 2] = [1.0, 3.0];
-/// Where effects are only sought, at most: what is found is judged in the other steps. And steps there may be so many times longer
-/// than what is faster asks.
+/// The same where effects are only sought, at most: what is found is judged in the other steps.
 const SEEKING_HEADROOM: f64 = 1.5;
+/// How many times longer the steps may be there than those that suit what is faster.
 const SEEKING_LONGER: f64 = 2.0;
 
 /// Where the rows on which effects are sought are so many times fewer than all, a polish begins on them.

@@ -134,21 +134,18 @@ pub(super) fn may_be_the_other_way(result: &Identified) -> bool {
 /// for the wrong of the two: they say more than a result.
 pub(super) fn come_closer(evidence: &Evidence, base: &Model, causes: &[(Effect, Model)]) -> bool {
     let models = causes.iter().map(|(_, model)| model).chain([base]);
-    let pairs: Vec<[Problem; 2]> = models
-        .map(|model| {
-            let mut other = model.problem.clone();
-            other.structure.hold = other.structure.hold.other();
-            [model.problem.clone(), other]
-        })
-        .collect();
-    let error = |problem: Problem| Some(evidence.polished_a_little(problem)?.cost.sqrt());
-    // All of them, whichever comes first: each is counted.
-    let errors: Vec<[Option<f64>; 2]> = pairs.into_par_iter().map(|pair| pair.map(error)).collect();
-    let least = |way: usize| {
-        let errors = errors.iter().filter_map(|pair| pair[way]);
-        errors.fold(f64::INFINITY, f64::min)
+    let problems: Vec<&Problem> = models.map(|model| &model.problem).collect();
+    let least = |hold: Hold| {
+        let error = |problem: &&Problem| {
+            let mut problem = (*problem).clone();
+            problem.structure.hold = hold;
+            Some(evidence.polished_a_little(problem)?.cost.sqrt())
+        };
+        let errors = problems.par_iter().filter_map(error);
+        errors.reduce(|| f64::INFINITY, f64::min)
     };
-    is_closer([least(0), least(1)])
+    let taken = base.structure().hold;
+    is_closer([least(taken), least(taken.other())])
 }
 
 /// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.

@@ -10,6 +10,7 @@ use super::screen::{LEVEL, Screened, Screening};
 use super::sensors::{of_a_sensor, with_sensors};
 use super::sought::{begun, least_costly, to_the_end};
 use super::stage::Stage;
+use super::statistics::noise::Noise;
 use super::verdict::{EXPLAINED, counted, taken};
 use super::wide::widely;
 use crate::Result;
@@ -18,7 +19,7 @@ use crate::model::effects::{Effect, known};
 use crate::model::{Output, Parameter, Structure};
 use crate::search::Method;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The largest of so many effects as may still be added takes as large a share of what is left as each of as many equal ones, if
 /// they take all of it together. One that takes less than this part of that is the first of a pile that is never named.
@@ -39,6 +40,15 @@ const DEEPENED: usize = 2;
 const OTHER_BEGINNINGS: usize = 2;
 /// Most exchanges of effects before the selection is taken to go round in circles.
 const EXCHANGES: usize = 4;
+
+/// What a selection comes to.
+#[derive(Debug)]
+pub(super) enum Sought {
+    /// Its result.
+    Found(Box<Attribution>),
+    /// What was chosen shows that there is only so much noise: all is to be judged by that, from the beginning.
+    Quieter(BTreeMap<String, Noise>),
+}
 
 /// The result of the selection.
 #[derive(Debug, Clone)]
@@ -113,6 +123,8 @@ pub(super) struct Selection<'a, 'b> {
     sensors: Vec<Effect>,
     /// What the first cause is added to, where that is more than the base model: what the sensors add, too.
     beneath: Option<Model>,
+    /// The noise of the channels, where what was added to the base model leaves less of it than was assumed.
+    quieter: Option<BTreeMap<String, Noise>>,
     refits: Refits,
     considered: Vec<Considered>,
 }
@@ -137,14 +149,18 @@ impl<'a, 'b> Selection<'a, 'b> {
             excess: base.excess(),
             sensors: Vec::new(),
             beneath: None,
+            quieter: None,
             refits: Refits::new(),
             considered: Vec::new(),
         }
     }
 
     /// Adds effects to `base` until nothing more is significant.
-    pub(super) fn run(mut self, base: &Model) -> Result<Attribution> {
+    pub(super) fn run(mut self, base: &Model) -> Result<Sought> {
         let (mut model, mut order) = self.grown(base, base.clone(), Vec::new())?;
+        if let Some(noise) = self.quieter {
+            return Ok(Sought::Quieter(noise));
+        }
         let mut closer_the_other_way = false;
         let mut as_complete = Vec::new();
         let beneath = self.beneath.clone();
@@ -165,7 +181,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             as_complete = self.as_complete(base, beneath, causes, &model, &order)?;
         }
         let added = self.chain(base, &model, &order);
-        Ok(Attribution {
+        Ok(Sought::Found(Box::new(Attribution {
             shares: self.shares(base, &model, &added),
             added,
             as_complete,
@@ -174,7 +190,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             considered: self.considered,
             closer_the_other_way,
             refits: self.refits,
-        })
+        })))
     }
 
     /// `model`, which is `base` with the effects in `order`, with as many more as are significant.
@@ -192,6 +208,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             effects.filter(|effect| !has(effect)).copied().collect()
         };
         let mut exchanges = 0;
+        let from_the_base = order.is_empty();
         let mut round = self.choices(&order);
         // Where the choices so far leave nothing that a verdict asks for, a weak effect may still be seen.
         let mut suffices = false;
@@ -210,6 +227,12 @@ impl<'a, 'b> Selection<'a, 'b> {
             let before = model.loss(Side::HoldOut);
             order.extend(new(&next, &order));
             model = next;
+            if from_the_base {
+                self.quieter = self.evidence.quieter(&model);
+            }
+            if self.quieter.is_some() {
+                break;
+            }
             while !suffices && exchanges < EXCHANGES && self.stage.goes_on() {
                 let Some(better) = self.exchange(&model, &order)? else {
                     break;

@@ -1,6 +1,6 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
-use super::fitted::{CHANCE, Fitted, least_ratio, left_over};
+use super::fitted::{CHANCE, Fitted, least_ratio, left_over, noise_floors, quieter};
 use super::linear::Linear;
 use super::measurements::{Measurements, sought_on, starts};
 use super::signals::Signals;
@@ -319,6 +319,19 @@ impl Evidence {
     /// may be of it.
     pub(super) fn is_followed_by(&self, model: &Model) -> bool {
         *model.followed.get_or_init(|| self.leaves_only_noise(model))
+    }
+
+    /// The noise of the channels, where `model` leaves plainly less of it than is assumed in one of them.
+    pub(super) fn quieter(&self, model: &Model) -> Option<BTreeMap<String, Noise>> {
+        let simulated = self.simulated(&model.problem, Side::Fit);
+        let fitted = Compared::all(self.records(Side::Fit), &simulated);
+        let mut noise = noise_floors(&fitted, &model.structure().observed, true);
+        for (name, one) in &mut noise {
+            if let Some(of_command) = &self.noise[name].of_command {
+                *one = one.clone().with(of_command.clone());
+            }
+        }
+        quieter(&noise, &self.noise).then_some(noise)
     }
 
     fn leaves_only_noise(&self, model: &Model) -> bool {

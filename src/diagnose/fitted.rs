@@ -26,6 +26,9 @@ pub(super) const SMALLEST_NOISE: f64 = 6e-8;
 /// The integrator may err by this fraction of a channel's deviation, or by its noise: more excuses no model.
 pub(super) const TOLERATED: f64 = 1e-4;
 
+/// A noise floor is lowered if what is left falls below this share of it.
+const QUIETER: f64 = 0.93;
+
 /// Seed of what a verdict compares with chance: the same for every run, so that the seed of the search decides no verdict.
 pub(super) const CHANCE: u64 = 1;
 
@@ -136,34 +139,8 @@ impl Fitted {
         of_residual: bool,
     ) -> BTreeMap<String, Noise> {
         let all = self.beside(measurements).fit;
-        let observed = &self.problem.structure.observed;
-        let one = |&output: &Output| {
-            let compared = Compared::measuring(&all, output);
-            let known = KnownRows::new(&compared);
-            let residual = residual(&compared, output);
-            let rows = compared.iter().flat_map(|compared| compared.rows(output));
-            let measured: Vec<f64> = rows.map(|row| row.1).collect();
-            let quiet = if of_residual { &residual } else { &measured };
-            let beside: Vec<Vec<f64>> = observed
-                .iter()
-                .filter(|other| **other != output)
-                .map(|&other| (other, Compared::measuring(&all, other)))
-                .filter(|(_, compared)| KnownRows::new(compared).time == known.time)
-                .map(|(other, compared)| self::residual(&compared, other))
-                .collect();
-            let rows = NoiseRows {
-                starts: &known.starts,
-                time: &known.time,
-                command: &known.command,
-                measured: &measured,
-                residual: &residual,
-                beside: &beside,
-            };
-            let floor = noise_floor(rows, quiet);
-            (output.name().to_owned(), floor)
-        };
-        let noise = observed.iter().map(one);
-        with_what_passes(self, measurements, noise.collect())
+        let noise = noise_floors(&all, &self.problem.structure.observed, of_residual);
+        with_what_passes(self, measurements, noise)
     }
 
     /// Whether any channel's residual has structure.
@@ -234,6 +211,45 @@ impl Fitted {
         let range = variance(records(&self.problem), output).sqrt();
         excused(self.integration_error[output.name()], range)
     }
+}
+
+/// The noise floor of each of the channels `observed` of what is `compared`: what is quiet in the measurement, or in the residual.
+pub(super) fn noise_floors(
+    compared: &[Compared],
+    observed: &[Output],
+    of_residual: bool,
+) -> BTreeMap<String, Noise> {
+    let one = |&output: &Output| {
+        let measuring = Compared::measuring(compared, output);
+        let known = KnownRows::new(&measuring);
+        let residual = residual(&measuring, output);
+        let rows = measuring.iter().flat_map(|one| one.rows(output));
+        let measured: Vec<f64> = rows.map(|row| row.1).collect();
+        let quiet = if of_residual { &residual } else { &measured };
+        let beside: Vec<Vec<f64>> = observed
+            .iter()
+            .filter(|other| **other != output)
+            .map(|&other| (other, Compared::measuring(compared, other)))
+            .filter(|(_, measuring)| KnownRows::new(measuring).time == known.time)
+            .map(|(other, measuring)| self::residual(&measuring, other))
+            .collect();
+        let rows = NoiseRows {
+            starts: &known.starts,
+            time: &known.time,
+            command: &known.command,
+            measured: &measured,
+            residual: &residual,
+            beside: &beside,
+        };
+        (output.name().to_owned(), noise_floor(rows, quiet))
+    };
+    observed.iter().map(one).collect()
+}
+
+/// Whether one of the channels' noise is plainly less in the first than in the second.
+pub(super) fn quieter(noise: &BTreeMap<String, Noise>, before: &BTreeMap<String, Noise>) -> bool {
+    let less = |(name, before): (&String, &Noise)| noise[name].value < QUIETER * before.value;
+    before.iter().any(less)
 }
 
 /// What of an error in a channel of this `range` is no model's, where halving the integration steps changes it by as much as

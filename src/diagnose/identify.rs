@@ -1,11 +1,11 @@
 //! The procedure: from records to a diagnosed model.
 
 use super::added::{Considered, Decision};
-use super::attribution::{Allowed, Attribution, Selection};
+use super::attribution::{Allowed, Attribution, Selection, Sought};
 use super::clocks::with_clocks_set;
 use super::command_noise::with_quiet_commands;
 use super::evidence::{Evidence, Model, Side};
-use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, variance};
+use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, quieter, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{
     Between, OtherHold, complete_other_way, is_as_good, is_closer, is_complete, is_preferred,
@@ -31,8 +31,6 @@ use crate::search::{Fit, Plan, fit_and_hop, refine};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-/// A noise floor is lowered if what is left at rest falls below this share of it.
-const QUIETER: f64 = 0.93;
 /// Fits the base model to the measurements, finds out which effects it lacks, and looks at the residual. `progress` is told
 /// each stage and generation, and may break off: the result is then what is known so far.
 ///
@@ -121,8 +119,7 @@ pub fn identify(
     }
     // What was taken for noise at rest may have been an effect: a hum, say. Once it is named, the floor is lower.
     let floor = result.after.noise(measurements, true);
-    let lower = |(name, before): (&String, &Noise)| floor[name].value < QUIETER * before.value;
-    if !result.added.is_empty() && result.noise.iter().any(lower) && diagnosis.stage.goes_on() {
+    if !result.added.is_empty() && quieter(&floor, &result.noise) && diagnosis.stage.goes_on() {
         let again = diagnosis.of(problem, start, floor)?;
         match again.broken_off {
             // What is known is the whole of the first diagnosis.
@@ -243,7 +240,14 @@ impl<'d> Diagnosis<'d> {
             asked: asked.clone(),
             located: located_before,
         };
-        let attribution = self.attribution(&mut base)?;
+        let attribution = match self.attribution(&mut base)? {
+            Some(Sought::Quieter(noise)) => {
+                self.evaluations += base.evidence.evaluations();
+                return self.of(before.problem, start, noise);
+            }
+            Some(Sought::Found(found)) => Some(*found),
+            None => None,
+        };
         let mut criteria = Criteria {
             diagnosed: !asked.is_empty() && base.model.is_some() && self.stage.goes_on(),
             before: 1.0,
@@ -364,7 +368,7 @@ impl<'d> Diagnosis<'d> {
     }
 
     /// Which of the effects that were asked the base model lacks; `None` where none was looked for.
-    fn attribution(&mut self, base: &mut Base) -> Result<Option<Attribution>> {
+    fn attribution(&mut self, base: &mut Base) -> Result<Option<Sought>> {
         let Some(model) = &base.model else {
             return Ok(None);
         };

@@ -7,14 +7,31 @@ use crate::diagnose::statistics::rows::stretches;
 const MAX_CORRELATION: f64 = 0.97;
 /// The same of second and third differences: their ratio hardly depends on a larger one.
 const MAX_CORRELATION_OF_THIRD: f64 = 0.8;
+/// Most votes on a mean square: a few long blocks know noise best, but what a missing effect does may be over soon after each step, so
+/// that only short ones are without it.
+const VOTES: [usize; 2] = [9, 36];
+/// The ratio of third to second differences has a standard error of 2.5 to 3 over the root of the rows: beyond three of them it is
+/// not that of noise which makes the first ones.
+const BEYOND_CHANCE: f64 = 9.0;
 
 /// The variance of noise that a first-order filter coloured, and how many independent rows show it.
 ///
 /// With correlation ρ of neighbouring rows, first differences have 2 (1 − ρ) times the variance of the noise, second ones
 /// 2 (1 − ρ)(3 − ρ) times, third ones 2 (1 − ρ)(10 − 5ρ + ρ²) times; smooth signals hardly have any. Where the second are less
-/// than twice the first, no noise has made the first: a slow movement has, and the second and third are taken. The noise is no
-/// more than all that is left: steps of a slow movement have differences, and a correlation, that no filter gives.
+/// than twice the first, or the third more than the correlation of those allows, no noise has made the first: a movement has, and
+/// the second and third are taken. The noise is no more than all that is left: steps of a slow movement have differences, and a
+/// correlation, that no filter gives.
 pub(super) fn variance(starts: &[usize], values: &[f64]) -> (f64, f64) {
+    let found = VOTES.map(|votes| variance_by(votes, starts, values));
+    if found[1].0 < found[0].0 {
+        found[1]
+    } else {
+        found[0]
+    }
+}
+
+/// The same by so many votes at most.
+fn variance_by(votes: usize, starts: &[usize], values: &[f64]) -> (f64, f64) {
     let records = stretches(values, starts);
     let square = |coefficients: &[f64]| {
         let windows = records
@@ -27,22 +44,24 @@ pub(super) fn variance(starts: &[usize], values: &[f64]) -> (f64, f64) {
                 .map(|(value, c)| value * c)
                 .sum()
         };
-        middle_square(&windows.map(difference).collect::<Vec<f64>>())
+        middle_square(&windows.map(difference).collect::<Vec<f64>>(), votes)
     };
     let first = square(&[-1.0, 1.0]);
     let second = square(&[1.0, -2.0, 1.0]);
     if first == 0.0 {
         return (0.0, 1.0);
     }
-    let correlation = 3.0 - second / first;
-    let (variance, correlation) = if correlation <= 1.0 {
-        let correlation = correlation.clamp(0.0, MAX_CORRELATION);
-        (first / (2.0 * (1.0 - correlation)), correlation)
-    } else {
-        let third = square(&[-1.0, 3.0, -3.0, 1.0]);
+    let third = square(&[-1.0, 3.0, -3.0, 1.0]);
+    let correlation = (3.0 - second / first).max(0.0);
+    let beyond = third / second - ratio_of_third(correlation);
+    let a_movement = correlation > 1.0 || beyond * (values.len() as f64).sqrt() > BEYOND_CHANCE;
+    let (variance, correlation) = if a_movement {
         let correlation = correlation_of(third / second);
         let share = 2.0 * (1.0 - correlation) * (3.0 - correlation);
         (second / share, correlation)
+    } else {
+        let correlation = correlation.min(MAX_CORRELATION);
+        (first / (2.0 * (1.0 - correlation)), correlation)
     };
     let middle = mean(values);
     let about: Vec<f64> = values.iter().map(|value| value - middle).collect();
@@ -50,6 +69,11 @@ pub(super) fn variance(starts: &[usize], values: &[f64]) -> (f64, f64) {
     let free = (1.0 - correlation).powi(2);
     let rows = values.len() as f64 * free / (1.0 + free);
     (variance.min(mean_square(&about)), rows.max(1.0))
+}
+
+/// How many times the square of second differences third ones have with this `correlation`.
+fn ratio_of_third(correlation: f64) -> f64 {
+    (10.0 - 5.0 * correlation + correlation.powi(2)) / (3.0 - correlation)
 }
 
 /// The correlation with which third differences have `ratio` times the square of second ones: the smaller root of

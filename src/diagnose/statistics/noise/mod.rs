@@ -184,7 +184,7 @@ pub struct NoiseRows<'a> {
 ///   repeat counts as noise.
 /// - Otherwise from what remains about a line where the command rests; about several, where a long rest drifts. Not where that
 ///   swings, nor where it is larger than the fast part and another channel shows the same: that is a motion.
-/// - Otherwise from first and second differences of the residual, as if its fast part were noise that a first-order
+/// - Otherwise from first to third differences of the residual, as if its fast part were noise that a first-order
 ///   filter coloured; no more than all of the residual.
 /// - Never less than the rounding of values and times causes, nor what a reading moves while it is held. Where that is more
 ///   than half of the variance, the resolution is what the floor is taken from. Of held readings each counts once above.

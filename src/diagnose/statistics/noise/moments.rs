@@ -3,19 +3,17 @@
 use crate::diagnose::statistics::rows::coloured;
 use crate::record::ends;
 
-/// Rows in a block whose variance is one vote.
+/// Least rows in a block whose variance is one vote.
 const BLOCK: usize = 128;
-/// Most votes. A few long blocks know the variance of coloured noise better than many short ones.
-const VOTES: usize = 9;
 
 /// How many independent rows say as much of a variance as `values`.
 pub(super) fn independent(values: &[f64], starts: &[usize]) -> f64 {
     (values.len() as f64 / coloured(values, starts)).max(1.0)
 }
 
-/// The mean square, by vote of a few blocks: one in which something else happened does not count.
-pub(super) fn middle_square(values: &[f64]) -> f64 {
-    let votes = (values.len() / BLOCK).clamp(1, VOTES);
+/// The mean square, by vote of so many blocks at `most`: one in which something else happened does not count.
+pub(super) fn middle_square(values: &[f64], most: usize) -> f64 {
+    let votes = (values.len() / BLOCK).clamp(1, most);
     let length = (values.len() / votes).max(1);
     let mut squares: Vec<f64> = values.chunks_exact(length).map(mean_square).collect();
     squares.sort_by(f64::total_cmp);

@@ -12,6 +12,8 @@ const ALIKE: usize = 32;
 const DISTANCES: usize = 4;
 /// Fewest rows for a noise floor.
 const FEWEST: usize = 200;
+/// Most votes on the mean square of differences: a few long blocks know the variance of coloured noise better than many short ones.
+const VOTES: usize = 9;
 /// One over the share of a repeat in which the valve settles.
 const SETTLING: usize = 4;
 
@@ -32,7 +34,7 @@ pub(super) fn variance(starts: &[usize], command: &[f64], residual: &[f64]) -> O
         .map(|distance| differences_at(distance, &keys, &record, starts, residual))
         .max_by_key(Vec::len)?;
     (differences.len() >= FEWEST).then(|| {
-        let variance = middle_square(&differences) / 2.0;
+        let variance = middle_square(&differences, VOTES) / 2.0;
         (variance, independent(&differences, &[0]))
     })
 }

@@ -416,6 +416,31 @@ fn a_slow_movement_is_no_noise_of_the_residual() {
     assert!((found.value / 0.0065 - 1.0).abs() < 0.25, "{}", found.value);
 }
 
+/// What a loop makes of a missing effect moves by as much from row to row as the noise does.
+#[test]
+fn a_movement_that_hides_the_noise_in_first_differences_is_no_noise() {
+    let command: Vec<f64> = (0..8000)
+        .map(|k| (1e-6 * (k * k) as f64).sin() * 9.0)
+        .collect();
+    let turning = |k: usize| (TAU * 0.02 * k as f64).sin();
+    for amplitude in [0.1, 0.2, 0.5] {
+        let (mean, deviation) = errors(&command, None, Differences, |k| amplitude * turning(k));
+        assert!(mean.abs() < 0.1 && deviation < 0.1, "{amplitude}");
+    }
+    // What rings after each step of a bench is over before the next.
+    let ringing = |k: usize| {
+        let after = (k % 700) as f64;
+        0.5 * (-after / 40.0).exp() * (TAU * 0.06 * after).sin()
+    };
+    let (mean, deviation) = errors(&command, None, Differences, ringing);
+    assert!(mean.abs() < 0.1 && deviation < 0.1);
+    // A filter's noise is not taken for such a movement.
+    for corner in [20.0, 30.0, 100.0] {
+        let (mean, deviation) = errors(&command, Some(corner), Differences, |_| 0.0);
+        assert!(mean.abs() < 0.15 && deviation < 0.25, "{corner}");
+    }
+}
+
 #[test]
 fn a_held_reading_that_rests_too_shortly_for_its_readings_shows_its_noise_in_the_rows() {
     let command = command(8000);

@@ -227,10 +227,8 @@ impl<'a, 'b> Selection<'a, 'b> {
             let before = model.loss(Side::HoldOut);
             order.extend(new(&next, &order));
             model = next;
-            if from_the_base {
-                self.quieter = self.evidence.quieter(&model);
-            }
-            if self.quieter.is_some() {
+            if from_the_base && let Some(noise) = self.evidence.quieter(&model) {
+                self.quieter = Some(noise);
                 break;
             }
             while !suffices && exchanges < EXCHANGES && self.stage.goes_on() {

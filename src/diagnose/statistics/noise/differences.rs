@@ -22,18 +22,8 @@ const BEYOND_CHANCE: f64 = 9.0;
 /// the second and third are taken. The noise is no more than all that is left: steps of a slow movement have differences, and a
 /// correlation, that no filter gives.
 pub(super) fn variance(starts: &[usize], values: &[f64]) -> (f64, f64) {
-    let found = VOTES.map(|votes| variance_by(votes, starts, values));
-    if found[1].0 < found[0].0 {
-        found[1]
-    } else {
-        found[0]
-    }
-}
-
-/// The same by so many votes at most.
-fn variance_by(votes: usize, starts: &[usize], values: &[f64]) -> (f64, f64) {
     let records = stretches(values, starts);
-    let square = |coefficients: &[f64]| {
+    let differences = |coefficients: &[f64]| -> Vec<f64> {
         let windows = records
             .iter()
             .flat_map(|one| one.windows(coefficients.len()));
@@ -44,17 +34,31 @@ fn variance_by(votes: usize, starts: &[usize], values: &[f64]) -> (f64, f64) {
                 .map(|(value, c)| value * c)
                 .sum()
         };
-        middle_square(&windows.map(difference).collect::<Vec<f64>>(), votes)
+        windows.map(difference).collect()
     };
-    let first = square(&[-1.0, 1.0]);
-    let second = square(&[1.0, -2.0, 1.0]);
+    let first = differences(&[-1.0, 1.0]);
+    let second = differences(&[1.0, -2.0, 1.0]);
+    let third = differences(&[-1.0, 3.0, -3.0, 1.0]);
+    let middle = mean(values);
+    let about: Vec<f64> = values.iter().map(|value| value - middle).collect();
+    let all = mean_square(&about);
+    let by = |votes: usize| {
+        let squares = [&first, &second, &third].map(|values| middle_square(values, votes));
+        let (variance, rows) = of_squares(squares, values.len() as f64);
+        (variance.min(all), rows)
+    };
+    let [few, many] = VOTES.map(by);
+    if many.0 < few.0 { many } else { few }
+}
+
+/// The same of the mean squares of the first to third differences of so many `rows`, whatever all that is left comes to.
+fn of_squares([first, second, third]: [f64; 3], rows: f64) -> (f64, f64) {
     if first == 0.0 {
         return (0.0, 1.0);
     }
-    let third = square(&[-1.0, 3.0, -3.0, 1.0]);
     let correlation = (3.0 - second / first).max(0.0);
     let beyond = third / second - ratio_of_third(correlation);
-    let a_movement = correlation > 1.0 || beyond * (values.len() as f64).sqrt() > BEYOND_CHANCE;
+    let a_movement = correlation > 1.0 || beyond * rows.sqrt() > BEYOND_CHANCE;
     let (variance, correlation) = if a_movement {
         let correlation = correlation_of(third / second);
         let share = 2.0 * (1.0 - correlation) * (3.0 - correlation);
@@ -63,12 +67,9 @@ fn variance_by(votes: usize, starts: &[usize], values: &[f64]) -> (f64, f64) {
         let correlation = correlation.min(MAX_CORRELATION);
         (first / (2.0 * (1.0 - correlation)), correlation)
     };
-    let middle = mean(values);
-    let about: Vec<f64> = values.iter().map(|value| value - middle).collect();
     // The correlation is known to about one over the root of the rows, and 1 − ρ divides.
     let free = (1.0 - correlation).powi(2);
-    let rows = values.len() as f64 * free / (1.0 + free);
-    (variance.min(mean_square(&about)), rows.max(1.0))
+    (variance, (rows * free / (1.0 + free)).max(1.0))
 }
 
 /// How many times the square of second differences third ones have with this `correlation`.

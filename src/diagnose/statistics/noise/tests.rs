@@ -427,10 +427,10 @@ fn a_movement_that_hides_the_noise_in_first_differences_is_no_noise() {
         let (mean, deviation) = errors(&command, None, Differences, |k| amplitude * turning(k));
         assert!(mean.abs() < 0.1 && deviation < 0.1, "{amplitude}");
     }
-    // What rings after each step of a bench is over before the next.
+    // What rings after each step of a bench is over before the next, but in every long block.
     let ringing = |k: usize| {
-        let after = (k % 700) as f64;
-        0.5 * (-after / 40.0).exp() * (TAU * 0.06 * after).sin()
+        let after = (k % 1000) as f64;
+        0.5 * (-after / 20.0).exp() * (TAU * 0.15 * after).sin()
     };
     let (mean, deviation) = errors(&command, None, Differences, ringing);
     assert!(mean.abs() < 0.1 && deviation < 0.1);

@@ -39,6 +39,7 @@ pub(super) const QUICK: PolishOptions = PolishOptions {
     step_tolerance: 1e-7,
     cost_tolerance: 1e-5,
     damping: 1e-3,
+    edge_tolerance: 0.03,
 };
 /// Moving within what the fitted rows allow, where a model is nearly linear: what takes longer leads out of that.
 const NEARBY: PolishOptions = PolishOptions {
@@ -52,6 +53,7 @@ const SHORT: PolishOptions = PolishOptions {
     step_tolerance: 1e-4,
     cost_tolerance: 1e-4,
     damping: 1e-3,
+    edge_tolerance: 0.03,
 };
 
 /// What is integrated may err by this share of the noise at most where effects are chosen, and by a fifth of that on average.

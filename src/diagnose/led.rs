@@ -44,6 +44,7 @@ const LED: PolishOptions = PolishOptions {
     step_tolerance: 1e-4,
     cost_tolerance: 1e-3,
     damping: 1e-3,
+    edge_tolerance: 0.03,
 };
 
 /// `model` with each of `effects` that acts before the spool and follows the fitted rows more closely. Empty where nothing shows

@@ -30,6 +30,8 @@ pub(super) fn with_sensors(
     let found: Vec<(Vec<Effect>, Model)> = found.collect();
     let found: Vec<(Vec<Effect>, Model)> = found
         .into_iter()
+        // What all of them do not take some of them do not.
+        .filter(|(_, all)| worth(model, all))
         .map(|(effects, model)| needed(evidence, effects, model, &worth))
         .filter(|(effects, one)| effects.len() > 1 && worth(model, one))
         .collect();

@@ -355,6 +355,7 @@ const QUICK: PolishOptions = PolishOptions {
     step_tolerance: 1e-5,
     cost_tolerance: 1e-4,
     damping: 1e-3,
+    edge_tolerance: 0.03,
 };
 
 /// The base model, which begins at the truth and goes on from its last fit.

@@ -32,6 +32,7 @@ const ROUGH: PolishOptions = PolishOptions {
     step_tolerance: 1e-7,
     cost_tolerance: 1e-6,
     damping: 1e-3,
+    edge_tolerance: 0.03,
 };
 
 /// [`fit`], and where there are many free parameters on from what it found, and from their start values, to deeper valleys.

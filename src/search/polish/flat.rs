@@ -11,8 +11,8 @@ const POINTS: u32 = 4;
 /// Parts of a flat range at whose ends the cost of other data is looked at: along a saturation that winds a loop up it has a
 /// valley in every tenth of its value. The ends fill whole vectors.
 const ALONG: u32 = 31;
-/// How often the distance to where the cost begins to rise is halved.
-const HALVINGS: u32 = 12;
+/// So many of these ends, one vector of them, show whether that cost depends on the value at all.
+const FIRST: u32 = 8;
 
 /// [`polish`], after which a parameter that the data do not ask for has a value that does not depend on where the search
 /// came from: the bound up to which the cost is flat, where the parameter does nothing (a saturation above every error, a
@@ -33,8 +33,9 @@ pub fn polish_what_counts(
     let best = polished.cost;
     let mut held = parameters.to_vec();
     for (index, parameter) in parameters.iter().enumerate() {
-        let Some((flat, value, bound)) = look_along(problem, parameter, index, &polished, neutral)
-        else {
+        let edge = options.edge_tolerance;
+        let looked = look_along(problem, parameter, index, &polished, neutral, edge);
+        let Some((flat, value, bound)) = looked else {
             continue;
         };
         polished.values[index] = value;
@@ -63,13 +64,14 @@ pub fn polish_what_counts(
 }
 
 /// The range in which the cost does not change with parameter `index`, if there is one, the value that it then gets, and
-/// the bound that this is.
+/// the bound that this is. Its end is found to within this share of the way to the bound.
 fn look_along(
     problem: &mut dyn LeastSquares,
     parameter: &Parameter,
     index: usize,
     polished: &Polished,
     neutral: &[f64],
+    edge_tolerance: f64,
 ) -> Option<(Flat, f64, Option<Bound>)> {
     let here = parameter.to_unit(polished.values[index]);
     if parameter.is_fixed() || !here.is_finite() {
@@ -90,7 +92,7 @@ fn look_along(
     let (down, up) = (up_to(0.0), up_to(1.0));
     let mut edge = |bound: f64| {
         let (mut rises, mut flat) = (bound, here);
-        for _ in 0..HALVINGS {
+        while (flat - rises).abs() > edge_tolerance * (here - bound).abs() {
             let middle = 0.5 * (rises + flat);
             match is_flat(middle) {
                 true => flat = middle,
@@ -135,20 +137,27 @@ pub fn within_flats(
     for flat in flats {
         let parameter = &mut narrowed[flat.parameter];
         (parameter.low, parameter.high) = (flat.low, flat.high);
-        let end = |k: u32| {
-            let mut values = best.clone();
-            values[flat.parameter] = parameter.from_unit(f64::from(k) / f64::from(ALONG));
-            values
+        let mut along = |ends: Vec<u32>| -> Vec<(f64, f64)> {
+            let value = |end: u32| parameter.from_unit(f64::from(end) / f64::from(ALONG));
+            let own: Vec<f64> = ends.into_iter().map(value).collect();
+            let at = |&value: &f64| {
+                let mut values = best.clone();
+                values[flat.parameter] = value;
+                values
+            };
+            let costs = problem.costs(&own.iter().map(at).collect::<Vec<_>>());
+            let costs = costs.into_iter().map(|cost| cost.unwrap_or(f64::INFINITY));
+            costs.zip(own).collect()
         };
-        let ends: Vec<Vec<f64>> = (0..=ALONG).map(end).collect();
-        let costs = problem.costs(&ends).into_iter();
-        let costs = costs.map(|cost| cost.unwrap_or(f64::INFINITY));
-        let own = ends.iter().map(|values| values[flat.parameter]);
-        let mut along: Vec<(f64, f64)> = costs.zip(own).collect();
-        along.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (least, most) = (along[0].0, along[along.len() - 1].0);
+        let by_cost = |a: &&(f64, f64), b: &&(f64, f64)| a.0.total_cmp(&b.0);
+        let first = |k: u32| (k * ALONG + FIRST / 2) / (FIRST - 1);
+        let mut costs = along((0..FIRST).map(first).collect());
+        let [least, most] = [costs.iter().min_by(by_cost), costs.iter().max_by(by_cost)]
+            .map(|found| found.expect("there are ends").0);
         if most > least * (1.0 + RISE / rows as f64) {
-            best[flat.parameter] = along[0].1;
+            let known = |end: &u32| (0..FIRST).any(|k| first(k) == *end);
+            costs.extend(along((0..=ALONG).filter(|end| !known(end)).collect()));
+            best[flat.parameter] = costs.iter().min_by(by_cost).expect("there are ends").1;
             narrowed[flat.parameter].set_fixed(false);
             asked.push(*flat);
         }
@@ -169,6 +178,11 @@ mod tests {
     /// `reach`, measured with a level of 2 and a limit of 9, and off by ±0.01 in turn.
     struct Ramp {
         reach: f64,
+        costs: usize,
+    }
+
+    fn ramp(reach: f64) -> Ramp {
+        Ramp { reach, costs: 0 }
     }
 
     impl LeastSquares for Ramp {
@@ -187,6 +201,7 @@ mod tests {
         }
 
         fn cost(&mut self, candidate: &[f64]) -> Option<f64> {
+            self.costs += 1;
             let mut sum = 0.0;
             self.rows(candidate, &mut |residual, _| sum += residual * residual);
             Some(sum)
@@ -207,7 +222,7 @@ mod tests {
         let neutral = parameters.each_ref().map(|p| p.nominal());
         for limit in [3.5, 5.0, 6.7, 12.0] {
             let start = [0.3, limit, 0.7];
-            let mut ramp = Ramp { reach: 3.0 };
+            let mut ramp = ramp(3.0);
             let options = PolishOptions::default();
             let found =
                 polish_what_counts(&mut ramp, &parameters, [&start, &neutral], &options).unwrap();
@@ -229,7 +244,7 @@ mod tests {
     fn what_the_data_ask_for_stays_where_the_polish_left_it() {
         let parameters = parameters();
         let start = parameters.each_ref().map(|p| p.nominal());
-        let mut ramp = Ramp { reach: 15.0 };
+        let mut ramp = ramp(15.0);
         let options = PolishOptions::default();
         let plain = polish(&mut ramp, &parameters, &start, &options).unwrap();
         let found = polish_what_counts(&mut ramp, &parameters, [&start, &start], &options).unwrap();
@@ -250,14 +265,43 @@ mod tests {
         let flats = [flat(1, 3.0, 20.0), flat(2, -1.0, 1.0)];
         let options = PolishOptions::default();
         let within = |reach| {
-            let mut ramp = Ramp { reach };
-            within_flats(&mut ramp, 40, &parameters, &values, &flats, &options)
+            let mut ramp = ramp(reach);
+            let found = within_flats(&mut ramp, 40, &parameters, &values, &flats, &options);
+            (found, ramp.costs)
         };
-        let (found, asked) = within(15.0);
+        let ((found, asked), costs) = within(15.0);
+        // All ends of the one, the first ends of the other, and a polish.
+        assert!(costs > 32 + 8, "{costs}");
         assert!((found[1] - 9.0).abs() < 0.02, "{found:?}");
         assert_eq!((found[0], found[2]), (2.0, 0.25));
         assert_eq!(asked, [flats[0]]);
         // Data that do not reach it either leave it alone.
-        assert_eq!(within(2.5), (values.to_vec(), Vec::new()));
+        assert_eq!(within(2.5), ((values.to_vec(), Vec::new()), 2 * 8));
+    }
+
+    #[test]
+    fn the_end_of_a_flat_is_found_as_closely_as_is_asked() {
+        let parameters = parameters();
+        let start = parameters.each_ref().map(|p| p.nominal());
+        let end = |edge_tolerance: f64| {
+            let mut ramp = ramp(3.0);
+            let options = PolishOptions {
+                edge_tolerance,
+                ..Default::default()
+            };
+            let found = polish_what_counts(&mut ramp, &parameters, [&start, &start], &options);
+            (
+                parameters[1].to_unit(found.unwrap().flat[0].low),
+                ramp.costs,
+            )
+        };
+        let (from, to) = (parameters[1].to_unit(3.0), parameters[1].to_unit(5.0));
+        let [(close, many), (near, few)] = [2.5e-4, 0.03].map(end);
+        assert!(
+            (close - from).abs() < 0.003 && near >= close,
+            "{close}, {near}"
+        );
+        assert!(near - close <= 0.03 * to && near < to, "{near}");
+        assert_eq!(many - few, 12 - 6);
     }
 }

@@ -25,6 +25,8 @@ pub struct PolishOptions {
     pub cost_tolerance: f64,
     /// Damping of the first step, relative to the squared column norms of the Jacobian.
     pub damping: f64,
+    /// The end of a range in which the cost is flat is found to within this share of the distance from the result to the bound.
+    pub edge_tolerance: f64,
 }
 
 impl Default for PolishOptions {
@@ -35,6 +37,7 @@ impl Default for PolishOptions {
             step_tolerance: 1e-9,
             cost_tolerance: 1e-9,
             damping: 1e-3,
+            edge_tolerance: 2.5e-4,
         }
     }
 }

@@ -16,6 +16,7 @@ struct Sample {
     weight: f32,
     input: Input,
     time_rest: f32,
+    jumps: u32,
     measured: Measured,
 }
 
@@ -73,10 +74,24 @@ fn command_of(record: Series, row: i32) -> f32 {
     return samples[record.first + u32(clamp(row, 0, i32(record.count) - 1))].input.command;
 }
 
+// Whether the command goes nowhere from a row until it jumps with the next.
+fn keeps_its_command(sample: Sample) -> bool {
+    return BETWEEN_JUMPS && sample.jumps != 0u;
+}
+
+// What drives the model just before the row after `sample`, where it goes straight there.
+fn straight_to(sample: Sample, next: Sample) -> Input {
+    var input = next.input;
+    if (keeps_its_command(sample)) {
+        input.command = sample.input.command;
+    }
+    return input;
+}
+
 // The interpolated command `after` seconds after row `now`, on the way from row `row` to the next.
 fn command_after(plant: Plant, record: Series, row: i32, now: u32, after: f32) -> f32 {
     let value = command_of(record, row);
-    if (row < 0) {
+    if (row < 0 || keeps_its_command(samples[record.first + u32(clamp(row, 0, i32(record.count) - 1))])) {
         return value;
     }
     var lasts = 1.0;

@@ -80,7 +80,7 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
     var ramp = 0.0;
     var next = input;
     if (INTERPOLATED) {
-        next = samples[record.first + k + 1u].input;
+        next = straight_to(sample, samples[record.first + k + 1u]);
         ramp = (next.command - sample.input.command) / (length * f32(count));
     }
     var start = input;

@@ -63,7 +63,7 @@ fn travel(plant: Plant, record: Series, before: State, input: Input, k: u32, act
     let sample = samples[record.first + k];
     var state = before;
     if (INTERPOLATED) {
-        let next = samples[record.first + k + 1u].input;
+        let next = straight_to(sample, samples[record.first + k + 1u]);
         let half_step = 0.5 / f32(sample.substeps);
         for (var j = 0u; j < sample.substeps; j++) {
             var inputs: array<Input, 3>;

@@ -411,7 +411,7 @@ fn half_the_steps_change_little() {
                 // Between rows a jump takes 1 ms: a kink in every step of the base model, too.
                 let record = match base.hold {
                     Hold::Held => record(),
-                    Hold::Interpolated => smooth(),
+                    Hold::Interpolated | Hold::BetweenJumps => smooth(),
                 };
                 let problem = planted(&base, &[effect], &scale, trial, vec![record]);
                 let (coarse, fine) = (at_start(&problem), at_start(&problem.refined(2)));
@@ -1063,7 +1063,7 @@ fn sensitivities_are_those_of_finite_differences() {
         for effect in effects {
             let record = match base.hold {
                 Hold::Held => record(),
-                Hold::Interpolated => smooth(),
+                Hold::Interpolated | Hold::BetweenJumps => smooth(),
             };
             let trial = effect.trials(&scale).len() / 2;
             let mut problem = planted(&base, &[effect], &scale, trial, vec![record]);

@@ -157,3 +157,47 @@ fn a_jump_that_is_answered_in_its_row_tells_that_the_command_is_not_held() {
     let evaluations = [&report, &told].map(|one| one["evaluations"].as_f64().unwrap());
     assert!(evaluations[0] < 1.2 * evaluations[1], "{evaluations:?}");
 }
+
+/// A generator's sweeps go on between the rows, and its steps are at rows: held, the sweeps come half a row late, and a valve that
+/// lacks nothing seems to lack something.
+#[test]
+fn a_generator_goes_straight_between_its_jumps() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut text = String::from("time [s],command [V],spool [V]\n");
+    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
+    for row in 0..4000 {
+        let noise = 0.02 * normal(&mut random);
+        let time = 0.002 * f64::from(row);
+        writeln!(text, "{time:.3},{:.5},{:.5}", command(time), spool + noise).unwrap();
+        for step in 0..100 {
+            let u = command(time + 2e-5 * (f64::from(step) + 0.5));
+            let speed = (integrator - spool) / 0.0025;
+            integrator += 2e-5 * GAIN * (u - spool).clamp(-5.0, 5.0);
+            spool += 2e-5 * speed;
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("log.csv"), text).unwrap();
+    let run = |more: &[&str]| {
+        let call = ["identify", "log.csv", "--evaluator", "cpu", "--force"];
+        let text = printed(&servobee(folder.path(), &[&call[..], more].concat()));
+        let out = more[1];
+        (json(folder.path().join(out).join("report.json")), text)
+    };
+    let (report, printed) = run(&["--out", "out"]);
+    assert_eq!(report["verdict"], "none", "{printed}");
+    for key in ["taken", "straight", "preferred"] {
+        assert_eq!(report["hold"][key], "between_jumps", "{printed}");
+    }
+    let says =
+        "The command is taken as interpolated but for its jumps between two rows: held leaves ";
+    assert!(printed.contains(says), "{printed}");
+    let gain = report["parameters"][0]["value"].as_f64().unwrap();
+    assert!((gain / GAIN - 1.0).abs() < 0.01, "{gain}");
+    // The model says so, and is taken back.
+    let (again, _) = run(&["--out", "again", "--model", "out/model.toml"]);
+    assert_eq!(again["hold"]["stated"], true);
+    let error = |report: &Value| report["error"]["after"]["fit"]["spool"]["rmse"].as_f64();
+    let [first, second] = [&report, &again].map(|one| error(one).unwrap());
+    assert!((second / first - 1.0).abs() < 1e-6, "{first}, {second}");
+}

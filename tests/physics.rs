@@ -106,6 +106,64 @@ fn actuator_follows_the_independent_solutions() {
     }
 }
 
+/// Between jumps a command of jumps alone is held, and one without any is interpolated; a delay only makes it late.
+#[test]
+fn a_command_between_its_jumps_is_held_before_them_and_straight_elsewhere() {
+    let row = 2e-3;
+    let time = || (0..300).map(|k| row * f64::from(k)).collect::<Vec<f64>>();
+    let smooth: Vec<f64> = time().iter().map(|t| 4.0 * (60.0 * t).sin()).collect();
+    let steps = |k: usize| [0.0, 5.0, -3.0, 8.0][k / 40 % 4];
+    let jumping: Vec<f64> = (0..300).map(steps).collect();
+    let both: Vec<f64> = smooth.iter().zip(&jumping).map(|(a, b)| a + b).collect();
+    // In exact steps, in integration steps, and late.
+    for effect in [None, Some("integral_action"), Some("delay")] {
+        let simulated = |hold: Hold, command: &[f64], late: f64| {
+            let bare = Structure {
+                hold,
+                ..Structure::actuator(10.0, "V")
+            };
+            let structure = effect
+                .iter()
+                .fold(bare, |all, name| all.with(name.parse().unwrap()));
+            let mut parameters = structure.parameters();
+            for parameter in &mut parameters {
+                let value = match parameter.name.as_str() {
+                    "gain" => 80.0,
+                    "time_constant" => 4e-3,
+                    "saturation" => 3.0,
+                    "delay" => late,
+                    _ => continue,
+                };
+                parameter.set_nominal(value);
+            }
+            let mut record = record(time(), command);
+            record.set_steps(structure.fastest_rate(&parameters), 4);
+            let rows = outputs(&structure, &Complete::nominal(&parameters), &record);
+            rows.iter()
+                .map(|row| row[Output::Spool])
+                .collect::<Vec<_>>()
+        };
+        let between = |command: &[f64], late| simulated(Hold::BetweenJumps, command, late);
+        let held = simulated(Hold::Held, &jumping, 0.6e-3);
+        assert!(error(between(&jumping, 0.6e-3), &held) < 1e-6, "{effect:?}");
+        let straight = simulated(Hold::Interpolated, &smooth, 0.6e-3);
+        assert!(
+            error(between(&smooth, 0.6e-3), &straight) < 1e-12,
+            "{effect:?}"
+        );
+        // Neither of them is both.
+        for other in [Hold::Held, Hold::Interpolated] {
+            let apart = error(between(&both, 0.6e-3), &simulated(other, &both, 0.6e-3));
+            assert!(apart > 0.01, "{effect:?}, {other:?}: {apart}");
+        }
+        // Late by three rows it is what it was three rows before.
+        if effect == Some("delay") {
+            let [now, late] = [0.0, 3.0 * row].map(|late| between(&both, late));
+            assert!(error(late[3..].iter().copied(), &now[..297]) < 1e-6);
+        }
+    }
+}
+
 #[test]
 fn the_way_out_of_saturation_is_the_closed_form() {
     let golden = Golden::read("kinks");

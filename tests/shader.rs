@@ -97,7 +97,7 @@ macro_rules! fields {
 fn host_and_shader_lay_out_memory_alike() {
     let problem = case("actuator, held").problem;
     let (module, _) = validated("actuator", &wgsl::compose(&problem));
-    let sample = fields!(Sample: step, substeps, pieces, weight, input, time_rest, measured);
+    let sample = fields!(Sample: step, substeps, pieces, weight, input, time_rest, jumps, measured);
     let tone = fields!(Tone: amplitude, step, substeps, stride, settle, measure);
     let pairs = [
         (

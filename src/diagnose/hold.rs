@@ -12,7 +12,7 @@ use super::statistics::compare::Comparison;
 use super::statistics::jumps::{Answers, range};
 use super::verdict::Verdict;
 use crate::Result;
-use crate::evaluate::problem::Series;
+use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Fingerprint, Problem, reference};
 use crate::model::effects::Effect;
 use crate::model::{Complete, Hold, Output, Structure};
@@ -44,6 +44,8 @@ pub struct Between {
 /// A result with the other of held and interpolated, fitted again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OtherHold {
+    /// Which one it is.
+    pub hold: Hold,
     /// RMS errors over the fitted rows of all channels, in units of noise: with what was taken, and with the other.
     pub errors: [f64; 2],
     /// Which of the two the fitted rows prefer, where the difference is significant.
@@ -76,12 +78,46 @@ pub(super) fn answer_at_once(records: &[Series], structure: &Structure) -> bool 
     structure.observed.iter().any(answers)
 }
 
-/// `fitted` with the other of held and interpolated, fitted again from there; `None` where that diverges, or the run was
-/// stopped.
-pub(super) fn other_way(fitted: &Fitted, plan: &Plan) -> Option<Problem> {
+/// What else `fitted` may take the command for: held instead of straight, and straight through its jumps or between them, whichever
+/// brings it closer to its rows.
+pub(super) fn other_hold(fitted: &Fitted, plan: &Plan) -> Hold {
+    let others = others(&fitted.problem);
+    let [one, other] = others[..] else {
+        return others[0];
+    };
+    let cost = |hold| {
+        let problem = other_way(fitted, hold, plan);
+        let cost = problem.and_then(|problem| reference::cost(&problem, &problem.start()));
+        cost.unwrap_or(f64::INFINITY)
+    };
+    match cost(other) < cost(one) {
+        true => other,
+        false => one,
+    }
+}
+
+/// What else the command of `problem` may be taken for.
+fn others(problem: &Problem) -> Vec<Hold> {
+    let hold = problem.structure.hold;
+    let jumps = match &*problem.data {
+        Data::Series(records) => {
+            let mut samples = records.iter().flat_map(|record| &record.samples);
+            samples.any(|sample| sample.jumps)
+        }
+        Data::Tones(_) => false,
+    };
+    match (hold, jumps) {
+        (Hold::Held, false) => vec![Hold::Interpolated],
+        (Hold::Held, true) => vec![Hold::Interpolated, Hold::BetweenJumps],
+        (Hold::Interpolated | Hold::BetweenJumps, _) => vec![Hold::Held],
+    }
+}
+
+/// `fitted` with this `hold`, fitted again from there; `None` where that diverges, or the run was stopped.
+pub(super) fn other_way(fitted: &Fitted, hold: Hold, plan: &Plan) -> Option<Problem> {
     let mut problem = fitted.problem.clone();
     set_start(&mut problem, fitted.fit.values());
-    problem.structure.hold = problem.structure.hold.other();
+    problem.structure.hold = hold;
     if problem.free().is_empty() {
         return Some(problem);
     }
@@ -100,14 +136,15 @@ pub(super) fn other_way(fitted: &Fitted, plan: &Plan) -> Option<Problem> {
     (!interrupt.asked()).then_some(problem)
 }
 
-/// `fitted` with the other of held and interpolated, where the rows prefer that and it leaves nothing but noise. Where it leaves
-/// more, what is missing may prefer either: that says nothing of the command.
+/// `fitted` with this other `hold`, where the rows prefer that and it leaves nothing but noise. Where it leaves more, what is missing
+/// may prefer either: that says nothing of the command.
 pub(super) fn complete_other_way(
     fitted: &Fitted,
+    hold: Hold,
     measurements: &Measurements,
     plan: &Plan,
 ) -> Result<Option<Fitted>> {
-    let Some(other) = other_way(fitted, plan) else {
+    let Some(other) = other_way(fitted, hold, plan) else {
         return Ok(None);
     };
     let beside = OtherHold::beside(fitted, &other, measurements);
@@ -144,8 +181,11 @@ pub(super) fn come_closer(evidence: &Evidence, base: &Model, causes: &[(Effect, 
         let errors = problems.par_iter().filter_map(error);
         errors.reduce(|| f64::INFINITY, f64::min)
     };
-    let taken = base.structure().hold;
-    is_closer([least(taken), least(taken.other())])
+    let others = others(&base.problem).into_iter().map(least);
+    is_closer([
+        least(base.structure().hold),
+        others.fold(f64::INFINITY, f64::min),
+    ])
 }
 
 /// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.
@@ -221,6 +261,7 @@ impl OtherHold {
             })
             .map(|(((parameter, own), other), _)| (parameter.name.clone(), [*own, other]));
         Self {
+            hold: other.structure.hold,
             errors,
             preferred,
             moved: moved.collect(),

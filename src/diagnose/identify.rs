@@ -9,7 +9,7 @@ use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, quieter, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{
     Between, OtherHold, complete_other_way, is_as_good, is_closer, is_complete, is_preferred,
-    may_be_the_other_way, other_way,
+    may_be_the_other_way, other_hold, other_way,
 };
 use super::identified::Identified;
 use super::located::{Located, located};
@@ -79,7 +79,8 @@ pub fn identify(
     let search = first.fit.clone();
     if !hold_shown
         && stage.goes_on()
-        && let Some(other) = complete_other_way(&first, measurements, plan)?
+        && let other = other_hold(&first, plan)
+        && let Some(other) = complete_other_way(&first, other, measurements, plan)?
     {
         evaluations += other.fit.evaluations;
         problem.structure.hold = other.problem.structure.hold;
@@ -101,7 +102,7 @@ pub fn identify(
     let mut result = diagnosis.of(problem.clone(), start, noise.clone())?;
     if !hold_shown && may_be_the_other_way(&result) && diagnosis.stage.goes_on() {
         let mut other = problem.clone();
-        other.structure.hold = problem.structure.hold.other();
+        other.structure.hold = other_hold(&result.after, plan);
         // Beside what is complete only fewer effects count: where those do not do as well, the others need not be looked for.
         let mut may_be_better = true;
         if is_complete(&result) {
@@ -463,7 +464,7 @@ impl<'d> Diagnosis<'d> {
     fn between(&self, after: &Fitted, closer: bool) -> Between {
         let other = match self.hold_known || !self.stage.goes_on() {
             true => None,
-            false => other_way(after, self.plan),
+            false => other_way(after, other_hold(after, self.plan), self.plan),
         };
         let other = other.map(|other| OtherHold::beside(after, &other, self.measurements));
         Between {

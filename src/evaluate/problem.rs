@@ -9,7 +9,7 @@ pub(super) mod loss;
 pub(crate) use data::JITTER;
 pub use data::{DEGREES_PER_DECIBEL, Data, SAMPLES_PER_PERIOD, Sample, Series, Stream, Tone, Wave};
 
-use crate::model::{Complete, Hold, Outputs, Parameter, Real, Structure};
+use crate::model::{Complete, Outputs, Parameter, Real, Structure};
 use loss::{Loss, OwnLoss, SizedLoss};
 use std::sync::Arc;
 
@@ -118,9 +118,9 @@ impl Problem {
         }
     }
 
-    /// Whether the command is interpolated between rows.
+    /// Whether the command goes straight from row to row.
     pub fn interpolates(&self) -> bool {
-        self.structure.hold == Hold::Interpolated
+        self.structure.hold.is_straight()
     }
 
     /// Whether the spool moves in exact steps: see [`Structure::has_exact_steps`]. A sine is followed in integration steps.

@@ -8,7 +8,7 @@ use crate::model::exact_step::{MOST_PARTS, Stride};
 use crate::model::integrate::STEP_FRACTION;
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, C, Trace};
-use crate::model::{Complete, Hold, Output};
+use crate::model::{Complete, Output};
 use std::fmt::{Display, Write};
 
 /// From one communication point to the next: the twin of `evaluate::simulate`.
@@ -108,7 +108,7 @@ fn constants(model: &Model, exact_steps: bool) -> String {
          #define STEPS_OF_AN_EXACT_STEP {}u\n#define MOST_PARTS {MOST_PARTS}u\n\
          /* How much of a step may be rounding of the time. */\n#define JITTER {JITTER:?}\n\
          /* What is larger has diverged. */\n#define STATE_LIMIT {STATE_LIMIT:?}\n\n",
-        flag(structure.hold == Hold::Interpolated),
+        flag(structure.hold.is_straight()),
         flag(structure.delays()),
         flag(exact_steps),
         flag(structure.has_followers()),

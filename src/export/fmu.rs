@@ -3,7 +3,6 @@
 use super::c::{self, Source};
 use super::variable::BaseUnit;
 use super::{Input, Model};
-use crate::model::Hold;
 use crate::{Error, Result};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -174,7 +173,7 @@ fn escaped(text: &str) -> String {
 /// `modelDescription.xml`.
 fn description(model: &Model, source: &Source, guid: &str) -> String {
     let structure = &model.structure;
-    let interpolated = structure.hold == Hold::Interpolated;
+    let interpolated = structure.hold.is_straight();
     let settings = model.settings();
     let mut variables = String::new();
     let mut units = BTreeSet::new();

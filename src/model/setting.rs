@@ -12,15 +12,15 @@ pub enum Hold {
     Held,
     /// Goes straight from one to the next.
     Interpolated,
+    /// The same, but where it jumps from one to the next it keeps the earlier sample's value until then, as a generator of steps
+    /// and sweeps does.
+    BetweenJumps,
 }
 
 impl Hold {
-    /// The other of the two.
-    pub(crate) fn other(self) -> Self {
-        match self {
-            Self::Held => Self::Interpolated,
-            Self::Interpolated => Self::Held,
-        }
+    /// Whether it goes straight from one sample to the next, jumps aside.
+    pub fn is_straight(self) -> bool {
+        self != Self::Held
     }
 }
 

@@ -69,6 +69,8 @@ pub struct HoldReport {
     pub taken: Hold,
     /// Whether the model says so; otherwise both were tried.
     pub stated: bool,
+    /// How it went where it was not held: straight through its jumps, or between them.
+    pub straight: Hold,
     /// The error of the result both ways; null where the other was not tried.
     pub error: Option<HoldErrors>,
     /// Which of them the fitted rows prefer; null where they do not tell.
@@ -104,11 +106,15 @@ impl From<&Between> for HoldReport {
         Self {
             taken: between.taken,
             stated: between.known,
+            straight: match between.taken.is_straight() {
+                true => between.taken,
+                false => other.map_or(Hold::Interpolated, |other| other.hold),
+            },
             error: other.map(|other| {
                 let [own, other] = other.errors;
-                let [held, interpolated] = match between.taken {
-                    Hold::Held => [own, other],
-                    Hold::Interpolated => [other, own],
+                let [held, interpolated] = match between.taken.is_straight() {
+                    false => [own, other],
+                    true => [other, own],
                 };
                 HoldErrors { held, interpolated }
             }),
@@ -130,13 +136,15 @@ impl HoldReport {
         let name = |hold| match hold {
             Hold::Held => "held",
             Hold::Interpolated => "interpolated",
+            Hold::BetweenJumps => "interpolated but for its jumps",
         };
         let why = match (self.stated, &self.error) {
             (true, _) => ", as the model says".into(),
             (false, None) => String::new(),
             (false, Some(HoldErrors { held, interpolated })) => format!(
-                ": held leaves {} times the noise, interpolated {}, {}",
+                ": held leaves {} times the noise, {} {}, {}",
                 number(*held),
+                name(self.straight),
                 number(*interpolated),
                 match self.preferred {
                     Some(hold) => format!("and the fitted rows prefer {}", name(hold)),
@@ -171,8 +179,12 @@ impl HoldReport {
         };
         doubtful.then(|| {
             format!(
-                "{}{moved} If you know, say hold = \"held\" or hold = \"interpolated\" under [structure] in the file of --model",
-                self.sentence()
+                "{}{moved} If you know, say hold = \"held\" or hold = \"{}\" under [structure] in the file of --model",
+                self.sentence(),
+                match self.straight {
+                    Hold::BetweenJumps => "between_jumps",
+                    Hold::Interpolated | Hold::Held => "interpolated",
+                }
             )
         })
     }

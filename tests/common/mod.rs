@@ -382,6 +382,15 @@ pub(crate) fn cases() -> Vec<Case> {
             vec![record()],
         ),
         case(
+            "actuator, between jumps",
+            Structure {
+                hold: Hold::BetweenJumps,
+                ..actuator()
+            },
+            &[&ACTUATOR],
+            vec![record()],
+        ),
+        case(
             "actuator, uneven",
             actuator(),
             &[&ACTUATOR],
@@ -544,6 +553,18 @@ pub(crate) fn cases() -> Vec<Case> {
             "spool, flow and integrated position, interpolated",
             Structure {
                 hold: Hold::Interpolated,
+                ..driven(
+                    &[Output::Spool, Output::Flow, Output::Position],
+                    with_drop(Drop::Supply),
+                )
+            },
+            &[&ACTUATOR, &LINEAR, &position],
+            vec![short()],
+        ),
+        case(
+            "spool, flow and integrated position, between jumps",
+            Structure {
+                hold: Hold::BetweenJumps,
                 ..driven(
                     &[Output::Spool, Output::Flow, Output::Position],
                     with_drop(Drop::Supply),

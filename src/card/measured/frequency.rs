@@ -113,7 +113,7 @@ impl Empirical {
             let late = PI * line.frequency * self.interval;
             let (gain, phase) = match hold {
                 Hold::Held => (late / late.sin(), late),
-                Hold::Interpolated => ((late / late.sin()).powi(2), 0.0),
+                Hold::Interpolated | Hold::BetweenJumps => ((late / late.sin()).powi(2), 0.0),
             };
             let response = line.response * sign;
             let angle = (response.arg() + phase).to_degrees();

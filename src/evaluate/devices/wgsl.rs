@@ -8,7 +8,7 @@ use crate::evaluate::simulation::simulate::{CHUNK, SLICE};
 use crate::model::exact_step::{MOST_PARTS, Stride};
 use crate::model::real::Traced;
 use crate::model::real::trace::{Body, Trace, Wgsl};
-use crate::model::{Output, Real};
+use crate::model::{Hold, Output, Real};
 use std::fmt::{Display, Write};
 
 /// The loops over rows and tones, bindings and sums: everything that is the same for all structures.
@@ -42,11 +42,12 @@ pub fn compose_for(problem: &Problem, workgroup: u32) -> String {
 
 fn settings(problem: &Problem) -> String {
     format!(
-        "const INTERPOLATED: bool = {};\nconst EVEN: bool = {};\nconst FOLLOWED: bool = {};\nconst STEPS_OF_AN_EXACT_STEP: u32 = {}u;\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\n\
+        "const INTERPOLATED: bool = {};\nconst BETWEEN_JUMPS: bool = {};\nconst EVEN: bool = {};\nconst FOLLOWED: bool = {};\nconst STEPS_OF_AN_EXACT_STEP: u32 = {}u;\nconst MOST_PARTS: u32 = {MOST_PARTS}u;\n\
          const DELAYED: bool = {};\nconst OUTPUTS: u32 = {}u;\nconst FINISHED: u32 = {}u;\nconst DIVERGED: u32 = {}u;\n\
          const CHUNK: u32 = {CHUNK}u;\nconst SLICE: u32 = {SLICE}u;\n\
          const SAMPLES_PER_PERIOD: u32 = {SAMPLES_PER_PERIOD}u;\nconst STATE_LIMIT: f32 = {STATE_LIMIT:?}f;\n",
         problem.interpolates(),
+        problem.structure.hold == Hold::BetweenJumps,
         problem.is_even(),
         problem.structure.has_followers(),
         problem.structure.steps_of_an_exact_step(),

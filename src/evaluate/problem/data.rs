@@ -1,12 +1,19 @@
 //! The data of a problem: records in time and tones, cut into integration steps.
 
 use crate::model::integrate::substeps;
-use crate::model::{Input, Outputs};
+use crate::model::{Hold, Input, Outputs};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// How much of an interval between rows may be taken for rounding of the time stamps.
 pub(crate) const JITTER: f64 = 1e-6;
+
+/// A jump of the command is at least this share of all that it covers,
+const JUMP: f64 = 0.01;
+/// and so many times what it changes by in each
+const STANDS_OUT: f64 = 4.0;
+/// of so many rows before it and after it.
+const AROUND: usize = 2;
 
 /// One row of a record, ready for integration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -23,9 +30,28 @@ pub struct Sample {
     pub target: Outputs<f64>,
     /// Weight of this row's squared errors; zero where the row only runs the simulation in.
     pub weight: f64,
+    /// Whether the command jumps with the next row.
+    #[serde(default)]
+    pub jumps: bool,
 }
 
 impl Sample {
+    /// What drives the model just before the `next` row, where it goes straight there.
+    #[inline(always)]
+    pub fn straight_to(&self, next: &Self, hold: Hold) -> Input<f64> {
+        let mut input = next.input;
+        if self.keeps_its_command(hold) {
+            input.command = self.input.command;
+        }
+        input
+    }
+
+    /// Whether the command goes nowhere until it jumps.
+    #[inline(always)]
+    pub fn keeps_its_command(&self, hold: Hold) -> bool {
+        self.jumps && hold == Hold::BetweenJumps
+    }
+
     /// Length (s) and number of the parts into which the interval to the next row is cut, each in the place of at most so many
     /// `steps` of integration.
     #[inline(always)]
@@ -92,6 +118,24 @@ impl Series {
             self.samples[k - 1].step = step;
         }
         self.set_pieces();
+        self.set_jumps();
+    }
+
+    /// Finds the rows with which the command jumps.
+    fn set_jumps(&mut self) {
+        let commands = || self.samples.iter().map(|sample| sample.input.command);
+        let highest = commands().fold(f64::MIN, f64::max);
+        let span = highest - commands().fold(f64::MAX, f64::min);
+        let changes: Vec<f64> = commands()
+            .zip(commands().skip(1))
+            .map(|(from, to)| (to - from).abs())
+            .collect();
+        for (k, &change) in changes.iter().enumerate() {
+            let around = k.saturating_sub(AROUND)..(k + AROUND + 1).min(changes.len());
+            let beside = around.filter(|&row| row != k).map(|row| changes[row]);
+            let most = beside.fold(0.0, f64::max);
+            self.samples[k].jumps = change > JUMP * span && change > STANDS_OUT * most;
+        }
     }
 
     /// Counts for each interval between rows the pieces into which commands that arrive late can cut it.
@@ -265,5 +309,42 @@ mod tests {
         let series = of(&[0.0, 1.0, 2.0, 0.0, 0.0, 1.0]);
         assert_eq!(series.pieces(), [1..3, 5..6]);
         assert!(of(&[0.0]).pieces().is_empty());
+    }
+    #[test]
+    fn a_jump_stands_out_of_what_is_around_it() {
+        let jumps = |commands: &[f64]| -> Vec<usize> {
+            let sample = |&command: &f64| Sample {
+                input: Input {
+                    command,
+                    ..Input::default()
+                },
+                ..Sample::default()
+            };
+            let mut series = Series {
+                name: String::new(),
+                time: (0..commands.len()).map(|k| k as f64).collect(),
+                measured: Outputs::all(true),
+                samples: commands.iter().map(sample).collect(),
+            };
+            series.set_steps(1.0, 1);
+            let found = series.samples.iter().enumerate();
+            let found = found.filter(|(_, sample)| sample.jumps);
+            found.map(|(row, _)| row).collect()
+        };
+        // Steps from rest, from a ramp, and with the first and the last change.
+        assert_eq!(jumps(&[0.0, 0.0, 0.0, 5.0, 5.0, 5.0]), [2]);
+        assert_eq!(jumps(&[0.0, 1.0, 2.0, 3.0, 9.0, 10.0, 11.0]), [3]);
+        assert_eq!(jumps(&[0.0, 5.0, 5.0, 5.0, 2.0]), [0, 3]);
+        // Whatever moves on is none, nor is what goes back at once, nor the noise of a command that rests.
+        let sine = |rows: f64| -> Vec<f64> {
+            let phase = |k: i32| 0.4 + f64::from(k) * std::f64::consts::TAU / rows;
+            (0..100).map(|k| phase(k).sin()).collect()
+        };
+        for rows in [3.0, 4.0, 6.0, 50.0] {
+            assert!(jumps(&sine(rows)).is_empty(), "{rows}");
+        }
+        assert!(jumps(&[0.0, 0.0, 0.0, 5.0, 0.0, 0.0]).is_empty());
+        assert_eq!(jumps(&[0.0, 0.0, 0.001, 0.001, 0.001, 5.0, 5.0, 5.0]), [4]);
+        assert!(jumps(&[1.0; 5]).is_empty());
     }
 }

@@ -1,6 +1,5 @@
 //! From row to row in exact steps of the spool. The twin of `shaders/exact_steps.wgsl`.
 
-use crate::evaluate::problem::Sample;
 use crate::evaluate::simulation::transport_delay::TransportDelay;
 use crate::model::actuator::Actuator;
 use crate::model::base::Shown;
@@ -114,7 +113,7 @@ impl<R: Real> Course<R> {
 }
 
 /// Moves the spool from one row to the next, in `count` exact steps of `stride`, each of `length` seconds. `input` is what acts
-/// at the row; where it is interpolated, it goes `straight` from that of one sample to that of the other.
+/// at the row; where it is interpolated, it goes `straight` from one to the other.
 #[allow(
     clippy::manual_map,
     reason = "a closure is not always inlined, and only what is inlined is compiled for wide vectors"
@@ -127,7 +126,7 @@ pub(in crate::evaluate) fn travel<R: Valued, const N: usize, D: Dynamics<R>>(
     state: &mut [R; N],
     input: &Input<R>,
     (length, count): (f64, u32),
-    straight: Option<[&Sample; 2]>,
+    straight: Option<[&Input<f64>; 2]>,
 ) {
     D::outlined(
         #[inline(always)]
@@ -135,7 +134,7 @@ pub(in crate::evaluate) fn travel<R: Valued, const N: usize, D: Dynamics<R>>(
             let ramp = match straight {
                 None => None,
                 Some([from, to]) => {
-                    let change = to.input.command - from.input.command;
+                    let change = to.command - from.command;
                     Some(change / (length * f64::from(count)))
                 }
             };
@@ -162,8 +161,8 @@ pub(in crate::evaluate) fn travel<R: Valued, const N: usize, D: Dynamics<R>>(
                         let middle = R::constant(f64::from(2 * j + 1) * half);
                         let end = R::constant(f64::from(j + 1) / f64::from(count));
                         along = [
-                            Input::between(&from.input, &to.input, middle),
-                            Input::between(&from.input, &to.input, end),
+                            Input::between(from, to, middle),
+                            Input::between(from, to, end),
                         ];
                         [&along[0], &along[1]]
                     }

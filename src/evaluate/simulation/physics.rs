@@ -7,8 +7,7 @@ use crate::model::exact_step::{Place, Stride};
 use crate::model::integrate::RungeKutta;
 use crate::model::real::trace::Trace;
 use crate::model::{
-    Complete, Dynamics, Hold, Input, MOST_STATES, Output, Outputs, Plant, Real, Structure,
-    real::Traced,
+    Complete, Dynamics, Input, MOST_STATES, Output, Outputs, Plant, Real, Structure, real::Traced,
 };
 
 /// What a traced function takes or returns. In the text, `plant.gain` is the field `gain` of the argument `plant`.
@@ -296,7 +295,7 @@ fn exact_steps_of(trace: &Trace, structure: &Structure, plant: &Plant<Traced>) -
         integrator: trace.read("state.integrator"),
         spool: trace.read("state.spool"),
     };
-    let ramp = (structure.hold == Hold::Interpolated).then_some(ramp);
+    let ramp = structure.hold.is_straight().then_some(ramp);
     let actuator = actuator_of(structure, plant);
     let results =
         |(place, more): (Place<Traced>, Traced)| vec![place.integrator, place.spool, more];

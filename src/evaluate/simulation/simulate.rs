@@ -67,7 +67,7 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
         )]
         let delayed = match delay {
             None => None,
-            Some(delay) => Some(TransportDelay::new(series, k, delay)),
+            Some(delay) => Some(TransportDelay::new(series, k, delay, structure.hold)),
         };
         let arrived = match delayed {
             None => input.command,
@@ -81,6 +81,14 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
         }
         let Some(next) = samples.get(k + 1) else {
             return;
+        };
+        let end;
+        let straight = match structure.hold.is_straight() {
+            true => {
+                end = sample.straight_to(next, structure.hold);
+                Some([&sample.input, &end])
+            }
+            false => None,
         };
         match (delayed, exact_steps) {
             (Some(delayed), Some(actuator)) if D::DELAYS => {
@@ -122,27 +130,25 @@ pub fn series<R: Valued, const N: usize, D: Dynamics<R>>(
                 let Some((_, stride)) = &stride else {
                     unreachable!("just set")
                 };
-                let straight = (structure.hold == Hold::Interpolated).then_some([sample, next]);
                 travel(plant, actuator, stride, &mut state, &input, parts, straight);
             }
             (None, None) => {
                 let step = R::constant(sample.step);
                 for j in 0..sample.substeps {
-                    let straight;
+                    let on_the_way;
                     // A held input is not copied: it is longer than the state.
-                    let inputs = match structure.hold {
-                        Hold::Held => [&input; 3],
-                        Hold::Interpolated => {
+                    let inputs = match straight {
+                        None => [&input; 3],
+                        Some([from, to]) => {
                             let mut along = [input; 3];
                             for (half, input) in along.iter_mut().enumerate() {
                                 let half_steps = f64::from(2 * j + half as u32);
                                 let share = half_steps / f64::from(2 * sample.substeps);
-                                *input =
-                                    Input::between(&sample.input, &next.input, R::constant(share));
+                                *input = Input::between(from, to, R::constant(share));
                                 input.command = plant.command(&mut state, input.command);
                             }
-                            straight = along;
-                            straight.each_ref()
+                            on_the_way = along;
+                            on_the_way.each_ref()
                         }
                     };
                     integrator.advance(plant, &mut state, inputs, step);
@@ -185,7 +191,7 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
     let mut begin = R::constant(0.0);
     let mut command = match structure.hold {
         Hold::Held => delayed.held(),
-        Hold::Interpolated => delayed.interpolated(0, begin),
+        Hold::Interpolated | Hold::BetweenJumps => delayed.interpolated(0, begin),
     };
     for piece in 0..sample.pieces as usize {
         let end = match piece + 1 == sample.pieces as usize {
@@ -205,7 +211,7 @@ fn interval_inline<R: Valued, const N: usize, D: Dynamics<R>>(
             let straight;
             let inputs = match structure.hold {
                 Hold::Held => [&input; 3],
-                Hold::Interpolated => {
+                Hold::Interpolated | Hold::BetweenJumps => {
                     let mut along = [input; 3];
                     for (half, input) in along.iter_mut().enumerate() {
                         let begun = R::constant(sample.step * f64::from(j));

@@ -1,7 +1,7 @@
 //! When the command arrives late: which of a record's commands act between two rows, exactly for any delay.
 
 use crate::evaluate::problem::Series;
-use crate::model::Valued;
+use crate::model::{Hold, Valued};
 
 /// The commands that act from row `row` to the next when each arrives `delay` seconds late. They change where a row's time
 /// plus the delay falls: the interval is cut there into pieces, of which some have no length.
@@ -12,17 +12,19 @@ pub(in crate::evaluate) struct TransportDelay<'a, R> {
     delay: R,
     /// Number of the row whose command acts at the interval's start; −1 before the first has arrived.
     first: R,
+    hold: Hold,
 }
 
 impl<'a, R: Valued> TransportDelay<'a, R> {
     #[inline(always)]
-    pub(in crate::evaluate) fn new(series: &'a Series, row: usize, delay: R) -> Self {
+    pub(in crate::evaluate) fn new(series: &'a Series, row: usize, delay: R, hold: Hold) -> Self {
         let now = series.time[row];
         Self {
             series,
             row,
             delay,
             first: delay.look_up(|delay| series.last_arrived(now, delay) as f64),
+            hold,
         }
     }
 
@@ -32,17 +34,18 @@ impl<'a, R: Valued> TransportDelay<'a, R> {
         let at = |first: f64, more: usize| {
             let last = self.series.samples.len() - 1;
             let row = (first + (piece + more) as f64).max(0.0) as usize;
-            self.series.samples[row.min(last)].input.command
+            &self.series.samples[row.min(last)]
         };
         let change = self.first.look_up(|first| {
+            let sample = at(first, 0);
             // Before the first row the command has always been what it is there.
-            if first + piece as f64 >= 0.0 {
-                at(first, 1) - at(first, 0)
-            } else {
-                0.0
+            if first + (piece as f64) < 0.0 || sample.keeps_its_command(self.hold) {
+                return 0.0;
             }
+            at(first, 1).input.command - sample.input.command
         });
-        (self.first.look_up(|first| at(first, 0)), change)
+        let value = self.first.look_up(|first| at(first, 0).input.command);
+        (value, change)
     }
 
     /// Where piece `piece` would begin, seconds after the row, if it did not begin at the row, and how long the row whose
@@ -163,7 +166,7 @@ mod tests {
 
     /// What acts at every moment, taken from the pieces: (begin, end, command) for each that has a length.
     fn pieces(series: &Series, row: usize, delay: f64) -> Vec<(f64, f64, f64)> {
-        let delayed = TransportDelay::new(series, row, delay);
+        let delayed = TransportDelay::new(series, row, delay, Hold::Held);
         let sample = &series.samples[row];
         let mut command = delayed.held();
         let mut begin = 0.0;

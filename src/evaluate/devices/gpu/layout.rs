@@ -61,6 +61,8 @@ pub struct Sample {
     pub input: [f32; INPUTS.len()],
     /// What `f32` leaves of the time.
     pub time_rest: f32,
+    /// Whether the command jumps with the next row.
+    pub jumps: u32,
     /// The measured outputs, in the order of [`Output::ALL`].
     pub measured: [f32; Output::COUNT],
 }
@@ -97,6 +99,6 @@ pub struct Tone {
 
 // The sizes that the shader's arrays step by.
 const _: () = assert!(size_of::<Work>() == 24);
-const _: () = assert!(size_of::<Sample>() == 4 * (5 + INPUTS.len() + Output::ALL.len()));
+const _: () = assert!(size_of::<Sample>() == 4 * (6 + INPUTS.len() + Output::ALL.len()));
 const _: () = assert!(size_of::<Series>() == 12);
 const _: () = assert!(size_of::<Tone>() == 24);

@@ -182,6 +182,7 @@ fn row(sample: &Sample) -> layout::Sample {
         weight: sample.weight as f32,
         input: sample.input.numbers().map(|value| value as f32),
         time_rest: (sample.input.time - f64::from(sample.input.time as f32)) as f32,
+        jumps: sample.jumps.into(),
         measured: sample.target.0.map(|value| value as f32),
     }
 }

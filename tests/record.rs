@@ -321,6 +321,29 @@ fn a_file_may_do_without_the_column_of_a_mapping_if_it_has_the_channel() {
     assert_eq!(record.time(), [0.0, 1.0]);
 }
 
+/// The spellings of a unit in a header that README names, and what other programs write.
+#[test]
+fn units_stand_behind_names_in_many_ways() {
+    let readme = include_str!("../README.md");
+    for spool in ["spool [V]", "spool (V)", "spool/V", "spool_V"] {
+        assert!(readme.contains(&format!("`{spool}`")), "{spool}");
+        let text = format!("time_ms,command_V,{spool},flow_L_per_min\n0,1,2,3\n1,2,3,4\n");
+        let record = Record::parse("a.csv", &text, &[]).unwrap();
+        assert_eq!(record.time(), [0.0, 1e-3]);
+        assert_eq!(record.command(), &Series::new("V", vec![1.0, 2.0]));
+        let spool = record.get(Channel::Spool);
+        assert_eq!(spool, Some(&Series::new("V", vec![2.0, 3.0])));
+        let flow = record.get(Channel::Flow);
+        assert_eq!(flow, Some(&Series::new("L/min", vec![3.0, 4.0])));
+    }
+    // What looks like one of two columns of a channel is not chosen.
+    let text = "time_s,command_V,spool_V,spool [V]\n0,1,2,3\n1,2,3,4\n";
+    assert_refused(
+        Record::parse("a.csv", text, &[]),
+        &["a.csv", "spool_V", "spool [V]"],
+    );
+}
+
 #[test]
 fn mappings_rename_columns() {
     let text = "k,x cmd,y [V],note,time [ms]\n0,1,2,a,1\n1,2,3,b,1\n";

@@ -1,8 +1,9 @@
 //! What a column is called.
 
+use super::target::Target;
 use super::unit;
 
-/// A name with a unit, as a header has it: `name [unit]`, `name (unit)` or `name/unit`.
+/// A name with a unit, as a header has it: `name [unit]`, `name (unit)` or `name/unit`; and `command_V`, where the name is one of ours.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Label {
     /// What the file calls the column: the header's cell, or the path of a variable.
@@ -22,12 +23,14 @@ impl Label {
         let (name, unit) = bracketed(text)
             .or_else(|| parenthesised(text))
             .or_else(|| behind_slash(text))
-            .unwrap_or((text, ""));
+            .map(|(name, unit)| (name, unit.to_owned()))
+            .or_else(|| behind_own_name(text))
+            .unwrap_or((text, String::new()));
         Self {
             text: text.into(),
             spelt: name.into(),
             name: normal(name),
-            unit: Some(unit).filter(|unit| !unit.is_empty()).map(String::from),
+            unit: Some(unit).filter(|unit| !unit.is_empty()),
         }
     }
 
@@ -91,6 +94,22 @@ fn behind_slash(text: &str) -> Option<(&str, &str)> {
     is_unit(unit).then_some((name.trim(), unit))
 }
 
+/// `command_V` and `flow_L_per_min` have a unit of what they name.
+fn behind_own_name(text: &str) -> Option<(&str, String)> {
+    let split = text.match_indices('_');
+    let mut split = split.map(|(at, _)| (&text[..at], &text[at + 1..]));
+    split.find_map(|(name, unit)| {
+        let quantity = Target::named(&normal(name))?.quantity();
+        let spelt = [
+            unit.into(),
+            unit.replace("_per_", "/"),
+            unit.replace('_', "/"),
+        ];
+        let known = |unit: &String| unit != "1" && quantity.unit(Some(unit), "").is_ok();
+        Some((name, spelt.into_iter().find(known)?))
+    })
+}
+
 /// `x(1)` is a column of a matrix, not a pure number.
 fn is_unit(text: &str) -> bool {
     text.trim() != "1" && unit::is_known(text.trim())
@@ -112,6 +131,14 @@ mod tests {
             ("dx/dt", "dx/dt", None),
             ("x(1)", "x(1)", None),
             ("x_cmd_mm", "x_cmd_mm", None),
+            ("Time_s", "time", Some("s")),
+            ("command_V", "command", Some("V")),
+            ("supply_pressure_bar", "supply_pressure", Some("bar")),
+            ("flow_L_per_min", "flow", Some("L/min")),
+            ("flow_l_min", "flow", Some("l/min")),
+            ("flow_bar", "flow_bar", None),
+            ("spool_1", "spool_1", None),
+            ("spool_position", "spool_position", None),
             ("time []", "time", None),
         ] {
             let label = Label::parse(text);

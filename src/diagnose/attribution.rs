@@ -16,7 +16,7 @@ use super::wide::widely;
 use crate::Result;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, known};
-use crate::model::{Output, Parameter, Structure};
+use crate::model::{Hold, Output, Parameter, Structure};
 use crate::search::Method;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashMap};
@@ -92,8 +92,8 @@ pub(super) struct Allowed<'a> {
     pub(super) asked: &'a [Effect],
     /// Where the base model fails.
     pub(super) located: Option<Located>,
-    /// Whether the command may be held or interpolated between its rows.
-    pub(super) either_hold: bool,
+    /// What else the command may do between its rows, where nothing says what it does.
+    pub(super) other_hold: Option<Hold>,
 }
 
 impl Allowed<'_> {
@@ -169,8 +169,8 @@ impl<'a, 'b> Selection<'a, 'b> {
         let causes = causes.cloned().unwrap_or_default();
         if !self.evidence.is_followed_by(&model) {
             if self.stage.goes_on() {
-                closer_the_other_way =
-                    self.allowed.either_hold && come_closer(self.evidence, beneath, &causes);
+                let closer = |other| come_closer(self.evidence, other, beneath, &causes);
+                closer_the_other_way = self.allowed.other_hold.is_some_and(closer);
             }
             if !closer_the_other_way {
                 self.begin_otherwise(base, beneath, causes, &mut model, &mut order)?;

@@ -15,7 +15,7 @@ use crate::Result;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Fingerprint, Problem, reference};
 use crate::model::effects::Effect;
-use crate::model::{Complete, Hold, Output, Structure};
+use crate::model::{Complete, Hold, Output, Outputs, Structure};
 use crate::search::polish::polish;
 use crate::search::{Plan, Stoppable, refine};
 use rayon::prelude::*;
@@ -56,60 +56,90 @@ pub struct OtherHold {
 
 /// Whether one of the outputs of `structure` answers the jumps of the command in `records` by the rows that have them.
 pub(super) fn answer_at_once(records: &[Series], structure: &Structure) -> bool {
+    let mut observed = structure.observed.iter();
+    observed.any(|&output| answers(records, output, &measured(records, output)).are_sure())
+}
+
+/// The measured values of `output` in each of these `records`.
+fn measured(records: &[Series], output: Output) -> Vec<Vec<f64>> {
+    let values = |series: &Series| {
+        let samples = series.samples.iter();
+        samples.map(|sample| sample.target[output]).collect()
+    };
+    records.iter().map(values).collect()
+}
+
+/// What `values`, of each of these `records` that measures `output`, do at the jumps of the command.
+fn answers(records: &[Series], output: Output, values: &[Vec<f64>]) -> Answers {
     let commands = |series: &Series| -> Vec<f64> {
         let samples = series.samples.iter();
         samples.map(|sample| sample.input.command).collect()
     };
     let all: Vec<f64> = records.iter().flat_map(commands).collect();
     let (high, low) = range(&all);
-    let answers = |&output: &Output| {
-        let mut answers = Answers::default();
-        for series in records.iter().filter(|series| series.measured[output]) {
-            let command = commands(series);
-            let measured = series.samples.iter().map(|sample| sample.target[output]);
-            let measured: Vec<f64> = measured.collect();
-            for rows in series.pieces() {
-                let (time, command) = (&series.time[rows.clone()], &command[rows.clone()]);
-                answers.add(time, command, &measured[rows], high - low);
-            }
+    let mut answers = Answers::default();
+    let measuring = records.iter().zip(values);
+    for (series, values) in measuring.filter(|(series, _)| series.measured[output]) {
+        let command = commands(series);
+        for rows in series.pieces() {
+            let (time, command) = (&series.time[rows.clone()], &command[rows.clone()]);
+            answers.add(time, command, &values[rows], high - low);
         }
-        answers.are_sure()
-    };
-    structure.observed.iter().any(answers)
+    }
+    answers
 }
 
-/// What else `fitted` may take the command for: held instead of straight, and straight through its jumps or between them, whichever
-/// brings it closer to its rows.
+/// Whether the command of `fitted` goes straight through its jumps: then it is there half, and the valve moves, when the row has all of
+/// it. Whatever the model lacks does not move before it is told to. `None` where noise hides it.
+fn goes_through_its_jumps(fitted: &Fitted) -> Option<bool> {
+    let Data::Series(records) = &*fitted.problem.data else {
+        return None;
+    };
+    let mut problem = fitted.problem.clone();
+    set_start(&mut problem, fitted.fit.values());
+    problem.structure.hold = Hold::Interpolated;
+    let values = Complete::nominal(&problem.parameters);
+    let simulated = reference::trajectories(&problem.structure, &values, records);
+    let mut observed = problem.structure.observed.iter();
+    observed.find_map(|&output| {
+        let of_rows = |rows: &Vec<Outputs<f64>>| rows.iter().map(|row| row[output]).collect();
+        let ramps: Vec<Vec<f64>> = simulated.iter().map(of_rows).collect();
+        let ramps = answers(records, output, &ramps);
+        answers(records, output, &measured(records, output)).are(&ramps)
+    })
+}
+
+/// What else `fitted` may take the command for: held instead of straight, and straight through its jumps or between them, as the valve
+/// answers them; where that does not show, whichever brings it closer to its rows.
 pub(super) fn other_hold(fitted: &Fitted, plan: &Plan) -> Hold {
-    let others = others(&fitted.problem);
-    let [one, other] = others[..] else {
-        return others[0];
-    };
-    let cost = |hold| {
-        let problem = other_way(fitted, hold, plan);
-        let cost = problem.and_then(|problem| reference::cost(&problem, &problem.start()));
-        cost.unwrap_or(f64::INFINITY)
-    };
-    match cost(other) < cost(one) {
-        true => other,
-        false => one,
+    if fitted.problem.structure.hold.is_straight() {
+        return Hold::Held;
+    }
+    if !jumps(&fitted.problem.data) {
+        return Hold::Interpolated;
+    }
+    let through = goes_through_its_jumps(fitted).unwrap_or_else(|| {
+        let [through, between] = [Hold::Interpolated, Hold::BetweenJumps].map(|hold| {
+            let problem = other_way(fitted, hold, plan);
+            let cost = problem.and_then(|problem| reference::cost(&problem, &problem.start()));
+            cost.unwrap_or(f64::INFINITY)
+        });
+        through <= between
+    });
+    match through {
+        true => Hold::Interpolated,
+        false => Hold::BetweenJumps,
     }
 }
 
-/// What else the command of `problem` may be taken for.
-fn others(problem: &Problem) -> Vec<Hold> {
-    let hold = problem.structure.hold;
-    let jumps = match &*problem.data {
+/// Whether the command jumps anywhere in these records.
+fn jumps(data: &Data) -> bool {
+    match data {
         Data::Series(records) => {
             let mut samples = records.iter().flat_map(|record| &record.samples);
             samples.any(|sample| sample.jumps)
         }
         Data::Tones(_) => false,
-    };
-    match (hold, jumps) {
-        (Hold::Held, false) => vec![Hold::Interpolated],
-        (Hold::Held, true) => vec![Hold::Interpolated, Hold::BetweenJumps],
-        (Hold::Interpolated | Hold::BetweenJumps, _) => vec![Hold::Held],
     }
 }
 
@@ -166,10 +196,15 @@ pub(super) fn may_be_the_other_way(result: &Identified) -> bool {
     result.added.iter().any(leads) || (left && result.between.closer)
 }
 
-/// Whether with the other of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all
+/// Whether with the `other` of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all
 /// of them do as it was taken, each after a few steps on the rows on which effects are sought. What was added to those may make up
 /// for the wrong of the two: they say more than a result.
-pub(super) fn come_closer(evidence: &Evidence, base: &Model, causes: &[(Effect, Model)]) -> bool {
+pub(super) fn come_closer(
+    evidence: &Evidence,
+    other: Hold,
+    base: &Model,
+    causes: &[(Effect, Model)],
+) -> bool {
     let models = causes.iter().map(|(_, model)| model).chain([base]);
     let problems: Vec<&Problem> = models.map(|model| &model.problem).collect();
     let least = |hold: Hold| {
@@ -181,11 +216,7 @@ pub(super) fn come_closer(evidence: &Evidence, base: &Model, causes: &[(Effect, 
         let errors = problems.par_iter().filter_map(error);
         errors.reduce(|| f64::INFINITY, f64::min)
     };
-    let others = others(&base.problem).into_iter().map(least);
-    is_closer([
-        least(base.structure().hold),
-        others.fold(f64::INFINITY, f64::min),
-    ])
+    is_closer([base.structure().hold, other].map(least))
 }
 
 /// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.

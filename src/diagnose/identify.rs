@@ -391,7 +391,8 @@ impl<'d> Diagnosis<'d> {
             Allowed {
                 asked: &base.asked,
                 located: base.located,
-                either_hold: !self.hold_known && !self.measurements.answers_at_once,
+                other_hold: (!self.hold_known && !self.measurements.answers_at_once)
+                    .then(|| other_hold(base.fitted, self.plan)),
             },
             self.options.max_effects,
             &mut self.stage,

@@ -12,6 +12,8 @@ const REST: f64 = 0.05;
 const EVEN: f64 = 1.2;
 /// Fewest jumps that say something.
 const FEWEST: usize = 6;
+/// The same where two answers are to be told apart.
+const FEWEST_OF_TWO: usize = 3;
 /// By how many standard errors the answers are sure.
 const SURE: f64 = 4.5;
 
@@ -59,9 +61,19 @@ impl Answers {
 
     /// Whether they are more than what noise, and what still moves from the jump before, make of it.
     pub(in crate::diagnose) fn are_sure(&self) -> bool {
-        // Of two sums with as much noise each.
-        let noise = (2.0 * self.squares).sqrt();
-        self.jumps >= FEWEST && self.there.abs() - self.before.abs() > SURE * noise
+        self.jumps >= FEWEST && self.there.abs() - self.before.abs() > SURE * self.noise()
+    }
+
+    /// Whether they are `those` rather than none; `None` where there are too few, or noise hides which.
+    pub(in crate::diagnose) fn are(&self, those: &Self) -> Option<bool> {
+        let [own, those] = [self, those].map(|one| one.there - one.before);
+        let shows = self.jumps >= FEWEST_OF_TWO && 0.5 * those.abs() > SURE * self.noise();
+        shows.then_some(own / those > 0.5)
+    }
+
+    /// Of two sums with as much noise each.
+    fn noise(&self) -> f64 {
+        (2.0 * self.squares).sqrt()
     }
 }
 
@@ -121,5 +133,16 @@ mod tests {
             assert!(!answers(0.0, settled).are_sure());
         }
         assert!(!Answers::default().are_sure());
+    }
+
+    #[test]
+    fn answers_are_those_or_none_where_noise_does_not_hide_them() {
+        for settled in [true, false] {
+            let those = answers(0.5, settled);
+            assert_eq!(answers(0.6, settled).are(&those), Some(true));
+            assert_eq!(answers(0.0, settled).are(&those), Some(false));
+            assert_eq!(those.are(&answers(0.02, settled)), None);
+        }
+        assert_eq!(Answers::default().are(&answers(0.5, true)), None);
     }
 }

@@ -1086,7 +1086,7 @@ fn the_report_says_what_it_was_made_from_and_by_what() {
         "{date}"
     );
     let hold = serde_json::json!({
-        "taken": "held", "stated": true, "error": null, "preferred": null, "moved": [],
+        "taken": "held", "stated": true, "straight": null, "error": null, "preferred": null, "moved": [],
     });
     assert_eq!(found["hold"], hold);
     // The page says so, too.

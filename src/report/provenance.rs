@@ -69,8 +69,8 @@ pub struct HoldReport {
     pub taken: Hold,
     /// Whether the model says so; otherwise both were tried.
     pub stated: bool,
-    /// How it went where it was not held: straight through its jumps, or between them.
-    pub straight: Hold,
+    /// How it went where it was not held, straight through its jumps or between them; null where that was not tried.
+    pub straight: Option<Hold>,
     /// The error of the result both ways; null where the other was not tried.
     pub error: Option<HoldErrors>,
     /// Which of them the fitted rows prefer; null where they do not tell.
@@ -107,8 +107,8 @@ impl From<&Between> for HoldReport {
             taken: between.taken,
             stated: between.known,
             straight: match between.taken.is_straight() {
-                true => between.taken,
-                false => other.map_or(Hold::Interpolated, |other| other.hold),
+                true => Some(between.taken),
+                false => other.map(|other| other.hold),
             },
             error: other.map(|other| {
                 let [own, other] = other.errors;
@@ -144,7 +144,7 @@ impl HoldReport {
             (false, Some(HoldErrors { held, interpolated })) => format!(
                 ": held leaves {} times the noise, {} {}, {}",
                 number(*held),
-                name(self.straight),
+                name(self.straight.unwrap_or(Hold::Interpolated)),
                 number(*interpolated),
                 match self.preferred {
                     Some(hold) => format!("and the fitted rows prefer {}", name(hold)),
@@ -182,8 +182,8 @@ impl HoldReport {
                 "{}{moved} If you know, say hold = \"held\" or hold = \"{}\" under [structure] in the file of --model",
                 self.sentence(),
                 match self.straight {
-                    Hold::BetweenJumps => "between_jumps",
-                    Hold::Interpolated | Hold::Held => "interpolated",
+                    Some(Hold::BetweenJumps) => "between_jumps",
+                    _ => "interpolated",
                 }
             )
         })

@@ -14,6 +14,8 @@ const EVEN: f64 = 1.2;
 const FEWEST: usize = 6;
 /// The same where two answers are to be told apart.
 const FEWEST_OF_TWO: usize = 3;
+/// An answer is late that in the row after the jump is less than this share of what it was to be.
+const LATE: f64 = 0.25;
 /// By how many standard errors the answers are sure.
 const SURE: f64 = 4.5;
 
@@ -24,6 +26,8 @@ pub(in crate::diagnose) struct Answers {
     jumps: usize,
     /// In the row that has the jump,
     there: f64,
+    /// in the row after it,
+    after: f64,
     /// in the row before it,
     before: f64,
     /// and the squares of the latter.
@@ -51,9 +55,12 @@ impl Answers {
             if longest >= EVEN * shortest {
                 continue;
             }
-            let off = |row: usize| jump * (output[row] - continued(&output[row - BEFORE..row]));
+            let off = |row: usize| jump * (output[row] - continued(&output[row - BEFORE..row], 0));
             self.jumps += 1;
             self.there += off(row);
+            if let Some(after) = output.get(row + 1) {
+                self.after += jump * (after - continued(&output[row - BEFORE..row], 1));
+            }
             self.before += off(row - 1);
             self.squares += off(row - 1).powi(2);
         }
@@ -64,11 +71,13 @@ impl Answers {
         self.jumps >= FEWEST && self.there.abs() - self.before.abs() > SURE * self.noise()
     }
 
-    /// Whether they are `those` rather than none; `None` where there are too few, or noise hides which.
+    /// Whether they are `those` rather than none; `None` where there are too few, noise hides which, or all come late.
     pub(in crate::diagnose) fn are(&self, those: &Self) -> Option<bool> {
-        let [own, those] = [self, those].map(|one| one.there - one.before);
-        let shows = self.jumps >= FEWEST_OF_TWO && 0.5 * those.abs() > SURE * self.noise();
-        shows.then_some(own / those > 0.5)
+        let at_once = |one: &Self| one.there - one.before;
+        let [own, expected] = [self, those].map(at_once);
+        let shows = self.jumps >= FEWEST_OF_TWO && 0.5 * expected.abs() > SURE * self.noise();
+        let late = self.after / those.after < LATE;
+        (shows && !late).then_some(own / expected > 0.5)
     }
 
     /// Of two sums with as much noise each.
@@ -83,8 +92,8 @@ pub(in crate::diagnose) fn range(values: &[f64]) -> (f64, f64) {
     (high, values.iter().copied().fold(f64::MAX, f64::min))
 }
 
-/// The value behind these, on the straight line that is nearest to them.
-fn continued(values: &[f64]) -> f64 {
+/// The value so many rows `beyond` the one behind these, on the straight line that is nearest to them.
+fn continued(values: &[f64], beyond: usize) -> f64 {
     let count = values.len() as f64;
     let middle = 0.5 * (count - 1.0);
     let mean = values.iter().sum::<f64>() / count;
@@ -94,7 +103,7 @@ fn continued(values: &[f64]) -> f64 {
         .enumerate()
         .map(|(row, value)| from_middle(row) * value);
     let squares: f64 = (0..values.len()).map(|row| from_middle(row).powi(2)).sum();
-    mean + products.sum::<f64>() / squares * (count - middle)
+    mean + products.sum::<f64>() / squares * (count + beyond as f64 - middle)
 }
 
 #[cfg(test)]
@@ -104,11 +113,18 @@ mod tests {
 
     #[test]
     fn a_straight_line_is_continued() {
-        assert!((continued(&[1.0, 3.0, 5.0, 7.0]) - 9.0).abs() < 1e-12);
+        for (beyond, expected) in [(0, 9.0), (1, 11.0)] {
+            assert!((continued(&[1.0, 3.0, 5.0, 7.0], beyond) - expected).abs() < 1e-12);
+        }
     }
 
     /// The answers to 20 steps of ± 3 of a lag of 10 rows, whose input has come closer to the step by `share` when the row has it.
     fn answers(share: f64, settled: bool) -> Answers {
+        late_answers(share, settled, 0)
+    }
+
+    /// The same, so many rows later.
+    fn late_answers(share: f64, settled: bool, late: usize) -> Answers {
         let noise = white(2000, 4);
         let (mut command, mut output) = (Vec::new(), Vec::new());
         let (mut lag, mut last) = (0.0, 0.0);
@@ -120,6 +136,7 @@ mod tests {
             command.push(now);
             output.push(-lag + 0.05 * noise);
         }
+        output.rotate_right(late);
         let mut answers = Answers::default();
         let time: Vec<f64> = (0..2000).map(f64::from).collect();
         answers.add(&time, &command, &output, 6.0);
@@ -142,6 +159,7 @@ mod tests {
             assert_eq!(answers(0.6, settled).are(&those), Some(true));
             assert_eq!(answers(0.0, settled).are(&those), Some(false));
             assert_eq!(those.are(&answers(0.02, settled)), None);
+            assert_eq!(late_answers(0.5, settled, 2).are(&those), None);
         }
         assert_eq!(Answers::default().are(&answers(0.5, true)), None);
     }

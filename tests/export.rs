@@ -47,6 +47,8 @@ struct Case {
     outputs: Vec<&'static str>,
     rows: Vec<Vec<f64>>,
     interpolated: bool,
+    /// Of each row, whether its command goes nowhere until it jumps.
+    keeps: Vec<bool>,
     /// Parameters that are set to other values than those of the FMU.
     parameters: BTreeMap<String, f64>,
     /// Parameters that are changed one by one, and to what.
@@ -136,7 +138,12 @@ impl Case {
             inputs: inputs.iter().map(|input| input.name).collect(),
             outputs: structure.observed.iter().map(|o| o.name()).collect(),
             rows: series.samples.iter().map(row).collect(),
-            interpolated: structure.hold == Hold::Interpolated,
+            interpolated: structure.hold.is_straight(),
+            keeps: series
+                .samples
+                .iter()
+                .map(|sample| sample.keeps_its_command(structure.hold))
+                .collect(),
             parameters,
             changes: BTreeMap::new(),
             thorough: false,
@@ -387,6 +394,7 @@ fn the_program_exports_what_it_simulates() {
             outputs: vec!["spool"],
             rows: each(of("command [V]")),
             interpolated: hold == Hold::Interpolated,
+            keeps: vec![false; of("time [s]").len()],
             parameters: BTreeMap::new(),
             changes: BTreeMap::new(),
             thorough: false,

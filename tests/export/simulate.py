@@ -81,6 +81,8 @@ class Run:
         values, time = rows[row], self.case["time"]
         if self.case["interpolated"] and row + 1 < len(rows):
             change = [after - now for now, after in zip(values, rows[row + 1])]
+            if self.case["keeps"][row]:
+                change[self.case["inputs"].index("command")] = 0.0
             values = [now + share * by for now, by in zip(values, change)]
             self.slave.setReal(self.inputs, values)
             seconds = time[row + 1] - time[row]

@@ -201,3 +201,34 @@ fn a_generator_goes_straight_between_its_jumps() {
     let [first, second] = [&report, &again].map(|one| error(one).unwrap());
     assert!((second / first - 1.0).abs() < 1e-6, "{first}, {second}");
 }
+
+/// A lead that the model lacks makes ramps of the jumps look right, which come as early: what the valve does in the row of a jump
+/// tells that they are none.
+#[test]
+fn a_lead_does_not_hide_what_the_command_does() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut text = String::from("time [s],command [V],spool [V]\n");
+    // The spool is fed back through a lag: its closed loop has a zero.
+    let (mut spool, mut fed_back) = (0.0f64, 0.0f64);
+    for row in 0..4000 {
+        let noise = 0.03 * normal(&mut random);
+        let time = 0.002 * f64::from(row);
+        writeln!(text, "{time:.3},{:.5},{:.5}", command(time), spool + noise).unwrap();
+        for step in 0..40 {
+            let error = command(time + 5e-5 * (f64::from(step) + 0.5)) - fed_back;
+            fed_back += 5e-5 * (spool - fed_back) / 0.0042;
+            spool += 5e-5 * 60.0 * error.clamp(-5.0, 5.0);
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("log.csv"), text).unwrap();
+    let asked = "feed_forward,dc_gain,delay,command_lag";
+    let call = ["identify", "log.csv", "--effects", asked];
+    let out = ["--evaluator", "cpu", "--out", "out"];
+    let printed = printed(&servobee(folder.path(), &[&call[..], &out].concat()));
+    let report = json(folder.path().join("out/report.json"));
+    assert_eq!(report["verdict"], "found", "{printed}");
+    assert_eq!(report["effects"].as_array().unwrap().len(), 1, "{printed}");
+    assert_eq!(report["effects"][0]["name"], "feed_forward");
+    assert_eq!(report["hold"]["taken"], "between_jumps", "{printed}");
+}

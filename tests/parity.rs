@@ -15,7 +15,7 @@ use servobee::evaluate::{
 };
 use servobee::model::effects::{CATALOGUE, Effect};
 use servobee::model::valve::ValveForm;
-use servobee::model::{Initial, Output, Outputs, Parameter, Piston, Structure};
+use servobee::model::{Hold, Initial, Output, Outputs, Parameter, Piston, Structure};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -568,6 +568,15 @@ fn a_wrong_shader_is_caught() {
     }
 }
 
+/// The first of the `cases` with effects that is called `name`, whatever the number of its trial.
+fn called<'a>(cases: &'a [(String, Problem)], name: &str) -> &'a Problem {
+    let has_name = |case: &&(String, Problem)| {
+        let (effects, rest) = case.0.split_once(", trial ").expect("a number");
+        format!("{effects}{}", rest.trim_start_matches(char::is_numeric)) == name
+    };
+    &cases.iter().find(has_name).expect("a case").1
+}
+
 #[test]
 fn a_wrong_loop_or_a_wrong_effect_is_caught() {
     let Some(mut gpu) = gpu(Checks::Off) else {
@@ -640,11 +649,7 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
     ];
     let cases = common::effects::cases();
     for (name, right, wrong) in faults {
-        let called = |case: &&(String, Problem)| {
-            let (effects, rest) = case.0.split_once(", trial ").expect("a number");
-            format!("{effects}{}", rest.trim_start_matches(char::is_numeric)) == name
-        };
-        let (_, problem) = cases.iter().find(called).expect("a case");
+        let problem = called(&cases, name);
         // A filter sees more than the rows only where there are several steps from one to the next.
         let problem = &problem.refined(if name == filters { 3 } else { 1 });
         let population = witnesses(problem);
@@ -659,6 +664,34 @@ fn a_wrong_loop_or_a_wrong_effect_is_caught() {
             found > EFFECTS[0],
             "{name}: {wrong:?} shows as {found:.1e} only"
         );
+    }
+}
+
+/// Late or not, in exact steps and in integration steps; and not if the shader forgets that a command keeps its value before a jump.
+#[test]
+fn gpu_and_cpu_agree_on_a_command_between_its_jumps() {
+    let Some(mut gpu) = gpu(Checks::Off) else {
+        return;
+    };
+    let cases = common::effects::cases();
+    for name in [
+        "delay, Interpolated, uneven",
+        "hysteresis, Interpolated, even",
+    ] {
+        let mut problem = called(&cases, name).clone();
+        problem.structure.hold = Hold::BetweenJumps;
+        let population = witnesses(&problem);
+        let reference = on_cpu(Precision::F32, &problem, &population);
+        let agree = difference(&on_gpu(&mut gpu, &problem, &population), &reference);
+        assert!(agree < EFFECTS[0], "{name}: {agree:.1e}");
+        let right = "return BETWEEN_JUMPS && sample.jumps != 0u;";
+        let shader = wgsl::compose(&problem);
+        assert!(shader.contains(right));
+        let fault = shader.replacen(right, "return false;", 1);
+        let costs = gpu.costs_with(&fault, &problem, &population);
+        let found = difference(&costs.expect("a shader that compiles"), &reference);
+        println!("{name}: {agree:.1e}, without keeping it {found:.1e}");
+        assert!(found > EFFECTS[0], "{name}: {found:.1e}");
     }
 }
 

@@ -69,9 +69,14 @@ fn arrival(plant: Plant, record: Series, row: i32, now: u32) -> f32 {
     return ((there.input.time - here.input.time) + (there.time_rest - here.time_rest)) + delay(plant);
 }
 
+// A row that may lie outside the record.
+fn sample_of(record: Series, row: i32) -> Sample {
+    return samples[record.first + u32(clamp(row, 0, i32(record.count) - 1))];
+}
+
 // The command of a row that may lie outside the record.
 fn command_of(record: Series, row: i32) -> f32 {
-    return samples[record.first + u32(clamp(row, 0, i32(record.count) - 1))].input.command;
+    return sample_of(record, row).input.command;
 }
 
 // Whether the command goes nowhere from a row until it jumps with the next.
@@ -91,7 +96,7 @@ fn straight_to(sample: Sample, next: Sample) -> Input {
 // The interpolated command `after` seconds after row `now`, on the way from row `row` to the next.
 fn command_after(plant: Plant, record: Series, row: i32, now: u32, after: f32) -> f32 {
     let value = command_of(record, row);
-    if (row < 0 || keeps_its_command(samples[record.first + u32(clamp(row, 0, i32(record.count) - 1))])) {
+    if (row < 0 || keeps_its_command(sample_of(record, row))) {
         return value;
     }
     var lasts = 1.0;

@@ -158,24 +158,34 @@ fn a_jump_that_is_answered_in_its_row_tells_that_the_command_is_not_held() {
     assert!(evaluations[0] < 1.2 * evaluations[1], "{evaluations:?}");
 }
 
+/// Rows of 2 ms of a spool that `advance` moves by a step, s, for the command at its middle, which goes on between the rows but for its
+/// steps.
+fn generated(noise: f64, mut advance: impl FnMut(f64, f64) -> f64) -> String {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut text = String::from("time [s],command [V],spool [V]\n");
+    let mut spool = 0.0;
+    for row in 0..4000 {
+        let noise = noise * normal(&mut random);
+        let time = 0.002 * f64::from(row);
+        writeln!(text, "{time:.3},{:.5},{:.5}", command(time), spool + noise).unwrap();
+        for step in 0..100 {
+            spool = advance(command(time + 2e-5 * (f64::from(step) + 0.5)), 2e-5);
+        }
+    }
+    text
+}
+
 /// A generator's sweeps go on between the rows, and its steps are at rows: held, the sweeps come half a row late, and a valve that
 /// lacks nothing seems to lack something.
 #[test]
 fn a_generator_goes_straight_between_its_jumps() {
-    let mut random = ChaCha8Rng::seed_from_u64(5);
-    let mut text = String::from("time [s],command [V],spool [V]\n");
     let (mut integrator, mut spool) = (0.0f64, 0.0f64);
-    for row in 0..4000 {
-        let noise = 0.02 * normal(&mut random);
-        let time = 0.002 * f64::from(row);
-        writeln!(text, "{time:.3},{:.5},{:.5}", command(time), spool + noise).unwrap();
-        for step in 0..100 {
-            let u = command(time + 2e-5 * (f64::from(step) + 0.5));
-            let speed = (integrator - spool) / 0.0025;
-            integrator += 2e-5 * GAIN * (u - spool).clamp(-5.0, 5.0);
-            spool += 2e-5 * speed;
-        }
-    }
+    let text = generated(0.02, |u, step| {
+        let speed = (integrator - spool) / 0.0025;
+        integrator += step * GAIN * (u - spool).clamp(-5.0, 5.0);
+        spool += step * speed;
+        spool
+    });
     let folder = tempfile::tempdir().unwrap();
     write(folder.path().join("log.csv"), text).unwrap();
     let run = |more: &[&str]| {
@@ -206,20 +216,14 @@ fn a_generator_goes_straight_between_its_jumps() {
 /// tells that they are none.
 #[test]
 fn a_lead_does_not_hide_what_the_command_does() {
-    let mut random = ChaCha8Rng::seed_from_u64(5);
-    let mut text = String::from("time [s],command [V],spool [V]\n");
     // The spool is fed back through a lag: its closed loop has a zero.
     let (mut spool, mut fed_back) = (0.0f64, 0.0f64);
-    for row in 0..4000 {
-        let noise = 0.03 * normal(&mut random);
-        let time = 0.002 * f64::from(row);
-        writeln!(text, "{time:.3},{:.5},{:.5}", command(time), spool + noise).unwrap();
-        for step in 0..40 {
-            let error = command(time + 5e-5 * (f64::from(step) + 0.5)) - fed_back;
-            fed_back += 5e-5 * (spool - fed_back) / 0.0042;
-            spool += 5e-5 * 60.0 * error.clamp(-5.0, 5.0);
-        }
-    }
+    let text = generated(0.03, |u, step| {
+        let error = u - fed_back;
+        fed_back += step * (spool - fed_back) / 0.0042;
+        spool += step * 60.0 * error.clamp(-5.0, 5.0);
+        spool
+    });
     let folder = tempfile::tempdir().unwrap();
     write(folder.path().join("log.csv"), text).unwrap();
     let asked = "feed_forward,dc_gain,delay,command_lag";

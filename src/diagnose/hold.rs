@@ -90,7 +90,7 @@ fn answers(records: &[Series], output: Output, values: &[Vec<f64>]) -> Answers {
 }
 
 /// Whether the command of `fitted` goes straight through its jumps: then it is there half, and the valve moves, when the row has all of
-/// it. Whatever the model lacks does not move before it is told to. `None` where noise hides it.
+/// it. Whatever the model lacks does not move before it is told to. `None` where noise or a delay hides it.
 fn goes_through_its_jumps(fitted: &Fitted) -> Option<bool> {
     let Data::Series(records) = &*fitted.problem.data else {
         return None;

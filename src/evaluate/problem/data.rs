@@ -310,6 +310,7 @@ mod tests {
         assert_eq!(series.pieces(), [1..3, 5..6]);
         assert!(of(&[0.0]).pieces().is_empty());
     }
+
     #[test]
     fn a_jump_stands_out_of_what_is_around_it() {
         let jumps = |commands: &[f64]| -> Vec<usize> {

@@ -5,6 +5,7 @@ what additions touched that were each made once on a throwaway branch. Needs git
     python3 benches/house.py 1ed785e main       # two commits, side by side
     python3 benches/house.py --added 1ed785e effect=old-effect search=old-search
     python3 benches/house.py --uses src/card    # what each file there uses, to check by hand
+    python3 benches/house.py --circles          # only the circles of this checkout; ends with an error where there are any
 
 A file uses another where it names what is defined there, in a `use` or by a path in its code. Re-exports lead to the file of
 the definition, and are no use themselves unless the file's own code has the name. Calls of methods do not count, nor do
@@ -14,6 +15,7 @@ tests. A circle is a set of files of which each uses each other, directly or thr
 import argparse
 import re
 import subprocess
+import sys
 import tempfile
 import tomllib
 from pathlib import Path, PurePath
@@ -185,7 +187,11 @@ def main():
     parser.add_argument("commits", nargs="*")
     parser.add_argument("--added", nargs="+", metavar=("BASE", "NAME=BRANCH"))
     parser.add_argument("--uses", metavar="PATH")
+    parser.add_argument("--circles", action="store_true")
     arguments = parser.parse_args()
+    if arguments.circles:
+        found = measured(Path("."))[1]["the circles"]
+        return None if found == "none" else f"house.py: files that use each other in a circle:<br>{found}".replace("<br>", "\n")
     if arguments.added:
         return added(arguments.added[0], arguments.added[1:])
     columns = {}
@@ -202,4 +208,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

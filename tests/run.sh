@@ -186,6 +186,13 @@ if wanted GPU; then
     fi
 fi
 
+# No file uses another that uses it.
+if python3 -c 'import tomllib' 2> /dev/null; then
+    python3 benches/house.py --circles || status=1
+else
+    echo 'NOT TESTED: circles between files: there is no Python 3.11' | tee -a "$log"
+fi
+
 # Licences and sources of what is linked; tests/soak.sh asks for advisories as well.
 if cargo deny --version > /dev/null 2>&1; then
     cargo deny --offline --config .ci/deny.toml check licenses bans sources || status=1

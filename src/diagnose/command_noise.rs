@@ -1,14 +1,12 @@
-//! Noise in a measured command, which the valve did not get: a model that is driven by it moves as the valve did not. It is
-//! smoothed, and what is left of it counts as noise of the channels.
+//! Noise in a measured command: how much there is, the command without most of it, and what a model makes of the rest.
 
-use super::fitted::{CHANCE, Fitted, left_over};
+use super::left_over::{CHANCE, left_over};
 use super::measurements::Measurements;
-use super::problem::IdentificationProblem;
-use super::simulation::{Compared, residual};
+use super::simulation::{Compared, Trajectories, residual};
 use super::statistics::noise::{Noise, OfCommand};
 use crate::evaluate::problem::Series;
 use crate::evaluate::reference;
-use crate::model::Output;
+use crate::model::{Complete, Output, Structure};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -27,58 +25,23 @@ const REACH: [usize; 5] = [2, 4, 8, 16, 32];
 /// Estimates over more and more rows agree while their intervals of so many standard errors have something in common (Goldenshluger
 /// and Nemirovski 1997, intersection of confidence intervals).
 const AGREE: f64 = 2.0;
-/// What a model makes of the noise counts from this share of a channel's noise on.
-const COUNTS: f64 = 0.1;
-/// Standard error from which on the share of the noise that the valve got is not known. Most valves then get none of it: what a
-/// logger adds is seldom beside what a generator does.
-const UNKNOWN: f64 = 0.5;
 /// Valves that are simulated with noise of a command.
 const TWINS: usize = 3;
 
-/// `problem` with its noisy commands smoothed, where their noise counts in what `fitted` gives, and the measured valve does not
-/// show that it got the noise; otherwise `None`.
-pub(super) fn with_quiet_commands(
-    problem: &IdentificationProblem,
-    fitted: &Fitted,
-) -> Option<IdentificationProblem> {
-    let measurements = &problem.measurements;
-    if !measurements.command_noise.is_empty() {
-        return None;
-    }
-    let noise: Vec<f64> = measurements.fit.iter().map(noise_in).collect();
-    let largest = noise.iter().copied().fold(0.0, f64::max);
-    if largest == 0.0 {
-        return None;
-    }
-    let mut quiet = measurements.clone();
-    for (series, &noise) in quiet.fit.iter_mut().zip(&noise) {
-        quieten(series, noise);
-    }
-    for series in &mut quiet.hold_out {
-        let noise = noise_in(series);
-        quieten(series, noise);
-    }
-    quiet.command_noise = noise;
-    is_of_the_logger(fitted, measurements, &quiet).then(|| {
-        let unit = &problem.structure.command_unit;
-        quiet.beginnings.push(format!(
-            "the command was measured with noise of {largest:.3} {unit}, which the valve did not get: it is smoothed, and what a \
-             model makes of the rest counts as noise"
-        ));
-        IdentificationProblem {
-            measurements: quiet,
-            ..problem.clone()
-        }
-    })
+/// A model, and what it gives for the records that are fitted.
+pub(super) struct Driven<'a> {
+    pub structure: &'a Structure,
+    pub values: &'a Complete<f64>,
+    pub simulated: &'a Trajectories,
 }
 
 /// The noise of the command of `series`; 0 where there is none.
-fn noise_in(series: &Series) -> f64 {
+pub(super) fn noise_in(series: &Series) -> f64 {
     noise_of(&commands(series), &series.time).unwrap_or(0.0)
 }
 
 /// Smooths the command of `series`, where it has `noise`.
-fn quieten(series: &mut Series, noise: f64) {
+pub(super) fn quieten(series: &mut Series, noise: f64) {
     if noise > 0.0 {
         let quiet = smoothed(&commands(series), noise);
         set_commands(series, &quiet);
@@ -96,50 +59,21 @@ fn set_commands(series: &mut Series, values: &[f64]) {
     }
 }
 
-/// Whether the noise that the `quiet` commands lack counts in what `fitted` gives, and less than half of that was measured, or
-/// nobody knows how much: a slope of the residual over it, both from row to row, where what the model lacks is small.
-fn is_of_the_logger(fitted: &Fitted, measurements: &Measurements, quiet: &Measurements) -> bool {
-    let structure = &fitted.problem.structure;
-    let simulated = reference::trajectories(structure, &fitted.values, &quiet.fit);
-    let without = Compared::all(&measurements.fit, &simulated);
-    let with = fitted.beside(measurements).fit;
-    let noise = fitted.noise(measurements, false);
-    let mut counts = false;
-    let (mut information, mut slope) = (0.0, 0.0);
-    for &output in &structure.observed {
-        let left = residual(&with, output);
-        let made: Vec<f64> = residual(&without, output)
-            .iter()
-            .zip(&left)
-            .map(|(without, with)| without - with)
-            .collect();
-        counts |= root_mean_square(&made) > COUNTS * noise[output.name()].value;
-        let (left, made) = (steps(&left), steps(&made));
-        let variance = root_mean_square(&left).powi(2);
-        if variance > 0.0 {
-            information += product(&made, &made) / variance;
-            slope += product(&left, &made) / variance;
-        }
-    }
-    // 0 where the valve got the noise, −1 where it did not.
-    counts && (slope / information < -0.5 || information.sqrt().recip() > UNKNOWN)
-}
-
-fn steps(values: &[f64]) -> Vec<f64> {
+pub(super) fn steps(values: &[f64]) -> Vec<f64> {
     values.windows(2).map(|two| two[1] - two[0]).collect()
 }
 
-fn product(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn root_mean_square(values: &[f64]) -> f64 {
+pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (product(values, values) / values.len().max(1) as f64).sqrt()
 }
 
-/// The `noise` of the channels that `fitted` observes, with what it makes of what is left of the noise of smoothed commands.
+/// The `noise` of the channels that the model `driven` observes, with what it makes of what is left of the noise of smoothed commands.
 pub(super) fn with_what_passes(
-    fitted: &Fitted,
+    driven: &Driven,
     measurements: &Measurements,
     noise: BTreeMap<String, Noise>,
 ) -> BTreeMap<String, Noise> {
@@ -149,9 +83,9 @@ pub(super) fn with_what_passes(
     let of_channel = |(name, noise): (String, Noise)| (name, noise.of_the_channel());
     let mut noise: BTreeMap<String, Noise> = noise.into_iter().map(of_channel).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(CHANCE);
-    let twins = (0..TWINS).map(|_| twin(fitted, measurements, &noise, &mut rng));
+    let twins = (0..TWINS).map(|_| twin(driven, measurements, &noise, &mut rng));
     let twins: Vec<Vec<OfCommand>> = twins.collect();
-    for (k, output) in fitted.problem.structure.observed.iter().enumerate() {
+    for (k, output) in driven.structure.observed.iter().enumerate() {
         let of_twins: Vec<&OfCommand> = twins.iter().map(|twin| &twin[k]).collect();
         let values: Vec<f64> = of_twins.iter().map(|one| one.value).collect();
         let of_command = OfCommand {
@@ -164,19 +98,23 @@ pub(super) fn with_what_passes(
     noise
 }
 
-/// What the noise of the commands makes of each channel of a valve that is the model `fitted`, got the smoothed commands, and is
+/// What the noise of the commands makes of each channel of a valve that is the model `driven`, got the smoothed commands, and is
 /// measured with this `noise`.
 fn twin(
-    fitted: &Fitted,
+    driven: &Driven,
     measurements: &Measurements,
     noise: &BTreeMap<String, Noise>,
     rng: &mut ChaCha8Rng,
 ) -> Vec<OfCommand> {
     let mut normal = || Normal::standard().inverse_cdf(rng.random::<f64>());
-    let structure = &fitted.problem.structure;
+    let Driven {
+        structure,
+        values,
+        simulated,
+    } = *driven;
     let observed = &structure.observed;
     let mut twins = measurements.fit.clone();
-    let own = twins.iter_mut().zip(&fitted.simulated.fit);
+    let own = twins.iter_mut().zip(simulated);
     for ((twin, simulated), &noise) in own.zip(&measurements.command_noise) {
         for (sample, simulated) in twin.samples.iter_mut().zip(simulated) {
             sample.target = *simulated;
@@ -188,7 +126,7 @@ fn twin(
             quieten(twin, noise);
         }
     }
-    let simulated = reference::trajectories(structure, &fitted.values, &twins);
+    let simulated = reference::trajectories(structure, values, &twins);
     let compared = Compared::all(&twins, &simulated);
     let made = |&output: &Output| root_mean_square(&residual(&compared, output));
     let made: Vec<f64> = observed.iter().map(made).collect();

@@ -1,6 +1,7 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
-use super::fitted::{CHANCE, Fitted, least_ratio, left_over, noise_floors, quieter};
+use super::fitted::{Fitted, least_ratio, noise_floors, quieter};
+use super::left_over::{CHANCE, left_over};
 use super::linear::Linear;
 use super::measurements::{Measurements, sought_on, starts};
 use super::signals::Signals;

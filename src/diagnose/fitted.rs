@@ -1,12 +1,13 @@
 //! A fitted model with everything that follows from it: what it gives in every row, its errors, and what it leaves.
 
-use super::command_noise::with_what_passes;
+use super::command_noise::{Driven, with_what_passes};
 use super::known::KnownRows;
+use super::left_over::left_over;
 use super::measurements::{Measurements, starts};
 use super::simulation::{Compared, Errors, Sides, Trajectories, errors, residual};
 use super::statistics::bootstrap::mean_square;
 use super::statistics::noise::{Noise, NoiseRows, noise_floor};
-use super::statistics::residual::{Remaining, Residuals, remaining};
+use super::statistics::residual::Remaining;
 use super::unexcited::{Sharpened, Unexcited, set_what_is_open};
 use super::verdict::NEAR;
 use crate::evaluate::problem::{Data, Series};
@@ -14,10 +15,6 @@ use crate::evaluate::{Problem, Score, reference};
 use crate::model::{Complete, Output};
 use crate::search::{Fit, Plan};
 use std::collections::BTreeMap;
-
-/// What is left beyond a channel's resolution is nothing below this share of it: that much comes of what rounding does to the
-/// fit itself.
-const BEYOND: f64 = 0.1;
 
 /// No channel's noise is taken to be smaller than this fraction of its range: no converter of 24 bits resolves it, and
 /// single-precision logs do not store it.
@@ -28,9 +25,6 @@ pub(super) const TOLERATED: f64 = 1e-4;
 
 /// A noise floor is lowered if what is left falls below this share of it.
 const QUIETER: f64 = 0.93;
-
-/// Seed of what a verdict compares with chance: the same for every run, so that the seed of the search decides no verdict.
-pub(super) const CHANCE: u64 = 1;
 
 /// A fitted model with its errors.
 #[derive(Debug, Clone)]
@@ -108,13 +102,22 @@ impl Fitted {
         }
     }
 
+    /// The model, and what it gives for the records that were fitted.
+    fn driven(&self) -> Driven<'_> {
+        Driven {
+            structure: &self.problem.structure,
+            values: &self.values,
+            simulated: &self.simulated.fit,
+        }
+    }
+
     /// Tests what is left in the residual of the fitted rows.
     pub(super) fn test_residual(
         &mut self,
         measurements: &Measurements,
         noise: &BTreeMap<String, Noise>,
     ) {
-        let noise = with_what_passes(self, measurements, noise.clone());
+        let noise = with_what_passes(&self.driven(), measurements, noise.clone());
         let compared = self.beside(measurements).fit;
         let observed = self.problem.structure.observed.iter().copied();
         let (exact, tested): (Vec<Output>, Vec<Output>) =
@@ -140,7 +143,7 @@ impl Fitted {
     ) -> BTreeMap<String, Noise> {
         let all = self.beside(measurements).fit;
         let noise = noise_floors(&all, &self.problem.structure.observed, of_residual);
-        with_what_passes(self, measurements, noise)
+        with_what_passes(&self.driven(), measurements, noise)
     }
 
     /// Whether any channel's residual has structure.
@@ -281,63 +284,6 @@ pub(super) fn least_ratio(
         }
     });
     ratios.fold(0.0, f64::max)
-}
-
-/// What the residual of each of the channels `tested` still depends on, beyond the resolution where that is the noise.
-pub(super) fn left_over(
-    compared: &[Compared],
-    tested: &[Output],
-    noise: &BTreeMap<String, Noise>,
-) -> Vec<Remaining> {
-    // Channels that the same records measure are looked at together.
-    let same = |a: &Output, b: &Output| {
-        let mut records = compared.iter().map(|one| one.series.measured);
-        records.all(|measured| measured[*a] == measured[*b])
-    };
-    let one = |together: &[Output]| together_left_over(compared, together, noise);
-    tested.chunk_by(same).flat_map(one).collect()
-}
-
-/// The same of channels that the same records measure.
-fn together_left_over(
-    compared: &[Compared],
-    tested: &[Output],
-    noise: &BTreeMap<String, Noise>,
-) -> Vec<Remaining> {
-    let Some(&first) = tested.first() else {
-        return Vec::new();
-    };
-    let compared = &Compared::measuring(compared, first);
-    let known = KnownRows::new(compared);
-    let beyond = |output: &Output| noise[output.name()].beyond(residual(compared, *output));
-    let residuals: Vec<Vec<f64>> = tested.iter().map(beyond).collect();
-    let channels: Vec<&[f64]> = residuals.iter().map(Vec::as_slice).collect();
-    let signals: Vec<(&str, &[f64])> = known
-        .signals
-        .iter()
-        .map(|(signal, values)| (signal.name(), values.as_slice()))
-        .collect();
-    let mut rest = remaining(
-        &Residuals {
-            channels: &channels,
-            starts: &known.starts,
-            time: &known.time,
-            command: &known.command,
-            known: &signals,
-        },
-        CHANCE,
-    );
-    for ((output, residual), rest) in tested.iter().zip(&residuals).zip(&mut rest) {
-        let noise = &noise[output.name()];
-        let square = residual.iter().map(|e| e * e).sum::<f64>() / residual.len().max(1) as f64;
-        if noise.is_resolution() && square.sqrt() < BEYOND * noise.value {
-            *rest = Remaining::nothing();
-        }
-        if let Some(of_command) = &noise.of_command {
-            rest.leave_out(&of_command.shown);
-        }
-    }
-    rest
 }
 
 fn records(problem: &Problem) -> &[Series] {

@@ -1,21 +1,18 @@
 //! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried, the
 //! latter first where the valve answers a jump sooner than it could answer a converter.
 
-use super::added::Added;
 use super::evidence::{Evidence, Model, QUICK, set_start};
 use super::fitted::Fitted;
-use super::identified::Identified;
+use super::jumps::{answers, measured};
 use super::measurements::{Measurements, starts};
 use super::preference::{plainly_differ, surely_differ};
 use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
-use super::statistics::jumps::{Answers, range};
-use super::verdict::Verdict;
 use crate::Result;
-use crate::evaluate::problem::{Data, Series};
+use crate::evaluate::problem::Data;
 use crate::evaluate::{Fingerprint, Problem, reference};
 use crate::model::effects::Effect;
-use crate::model::{Complete, Hold, Output, Outputs, Structure};
+use crate::model::{Complete, Hold, Output, Outputs};
 use crate::search::polish::polish;
 use crate::search::{Plan, Stoppable, refine};
 use rayon::prelude::*;
@@ -25,9 +22,6 @@ const NOTABLE: f64 = 0.01;
 
 /// The other of held and interpolated is tried with all effects if it leaves an error that is less by this share.
 const CLOSER: f64 = 0.05;
-/// A result with fewer effects stands if its held-out cost is larger by less than this share.
-const AS_GOOD: f64 = 0.1;
-
 /// What was taken for the command between two rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Between {
@@ -52,41 +46,6 @@ pub struct OtherHold {
     pub preferred: Option<Hold>,
     /// Parameters that leave their 95 % interval with the other, with the value in the result and the other.
     pub moved: Vec<(String, [f64; 2])>,
-}
-
-/// Whether one of the outputs of `structure` answers the jumps of the command in `records` by the rows that have them.
-pub(super) fn answer_at_once(records: &[Series], structure: &Structure) -> bool {
-    let mut observed = structure.observed.iter();
-    observed.any(|&output| answers(records, output, &measured(records, output)).are_sure())
-}
-
-/// The measured values of `output` in each of these `records`.
-fn measured(records: &[Series], output: Output) -> Vec<Vec<f64>> {
-    let values = |series: &Series| {
-        let samples = series.samples.iter();
-        samples.map(|sample| sample.target[output]).collect()
-    };
-    records.iter().map(values).collect()
-}
-
-/// What `values`, of each of these `records` that measures `output`, do at the jumps of the command.
-fn answers(records: &[Series], output: Output, values: &[Vec<f64>]) -> Answers {
-    let commands = |series: &Series| -> Vec<f64> {
-        let samples = series.samples.iter();
-        samples.map(|sample| sample.input.command).collect()
-    };
-    let all: Vec<f64> = records.iter().flat_map(commands).collect();
-    let (high, low) = range(&all);
-    let mut answers = Answers::default();
-    let measuring = records.iter().zip(values);
-    for (series, values) in measuring.filter(|(series, _)| series.measured[output]) {
-        let command = commands(series);
-        for rows in series.pieces() {
-            let (time, command) = (&series.time[rows.clone()], &command[rows.clone()]);
-            answers.add(time, command, &values[rows], high - low);
-        }
-    }
-    answers
 }
 
 /// Whether the command of `fitted` goes straight through its jumps: then it is there half, and the valve moves, when the row has all of
@@ -188,14 +147,6 @@ pub(super) fn complete_other_way(
     Ok((!other.structured()).then_some(other))
 }
 
-/// Whether all effects are to be tried with the other of held and interpolated. What is ahead by half an interval may be a command
-/// that went straight on between its rows; and what is not followed may come closer with the other.
-pub(super) fn may_be_the_other_way(result: &Identified) -> bool {
-    let leads = |one: &Added| one.effect.leads();
-    let left = matches!(result.verdict, Verdict::Partly | Verdict::Unexplained);
-    result.added.iter().any(leads) || (left && result.between.closer)
-}
-
 /// Whether with the `other` of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all
 /// of them do as it was taken, each after a few steps on the rows on which effects are sought. What was added to those may make up
 /// for the wrong of the two: they say more than a result.
@@ -222,44 +173,6 @@ pub(super) fn come_closer(
 /// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.
 pub(super) fn is_closer(errors: [f64; 2]) -> bool {
     errors[1] < (1.0 - CLOSER) * errors[0]
-}
-
-/// Whether `one` is to be preferred to an `other` result that took the command for the other of held and interpolated: it
-/// follows the held-out rows as well with fewer effects, or better with as many; or it is complete; or it has the same effects,
-/// and the fitted rows prefer it.
-pub(super) fn is_preferred(one: &Identified, other: &Identified) -> bool {
-    let (effects, others) = (one.added.len(), other.added.len());
-    let better = || (1.0 + AS_GOOD) * held_out_cost(one) < held_out_cost(other);
-    let same_and_preferred = || {
-        let has = |added: &Added| other.added.iter().any(|one| one.effect == added.effect);
-        let beside = other.between.other.as_ref();
-        let preferred = beside.and_then(|beside| beside.preferred);
-        one.added.iter().all(has) && preferred == Some(one.between.taken)
-    };
-    match (is_complete(one), is_complete(other)) {
-        (true, false) => true,
-        (false, true) => false,
-        _ if effects < others => is_as_good(one, other),
-        _ => effects == others && (better() || same_and_preferred()),
-    }
-}
-
-/// Whether nothing is missing, or no more than was found.
-pub(super) fn is_complete(result: &Identified) -> bool {
-    matches!(result.verdict, Verdict::Found | Verdict::None)
-}
-
-/// Whether `one` follows the held-out rows as well as the `other`.
-pub(super) fn is_as_good(one: &Identified, other: &Identified) -> bool {
-    held_out_cost(one) < (1.0 + AS_GOOD) * held_out_cost(other)
-}
-
-/// The held-out error of a result, squared, in units of noise and summed over all channels.
-fn held_out_cost(result: &Identified) -> f64 {
-    let errors = result.after.errors.hold_out.iter();
-    errors
-        .map(|(name, error)| (error.rmse / result.noise[name].value).powi(2))
-        .sum()
 }
 
 impl OtherHold {

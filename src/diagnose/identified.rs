@@ -17,6 +17,9 @@ use crate::search::Fit;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
+/// A result with fewer effects stands if its held-out cost is larger by less than this share.
+const AS_GOOD: f64 = 0.1;
+
 /// Causes that are told where none fits.
 const NEAREST: usize = 3;
 
@@ -108,6 +111,52 @@ impl Identified {
         }
         nearest.truncate(NEAREST);
         nearest
+    }
+
+    /// Whether this is to be preferred to an `other` result that took the command between two rows for something else: it follows the
+    /// held-out rows as well with fewer effects, or better with as many; or it is complete; or it has the same effects, and the
+    /// fitted rows prefer it.
+    pub(super) fn is_preferred_to(&self, other: &Self) -> bool {
+        let (effects, others) = (self.added.len(), other.added.len());
+        let better = || (1.0 + AS_GOOD) * self.held_out_cost() < other.held_out_cost();
+        let same_and_preferred = || {
+            let has = |added: &Added| other.added.iter().any(|one| one.effect == added.effect);
+            let beside = other.between.other.as_ref();
+            let preferred = beside.and_then(|beside| beside.preferred);
+            self.added.iter().all(has) && preferred == Some(self.between.taken)
+        };
+        match (self.is_complete(), other.is_complete()) {
+            (true, false) => true,
+            (false, true) => false,
+            _ if effects < others => self.is_as_good_as(other),
+            _ => effects == others && (better() || same_and_preferred()),
+        }
+    }
+
+    /// Whether all effects are to be tried with the other of held and interpolated. What is ahead by half an interval may be a
+    /// command that went straight on between its rows; and what is not followed may come closer with the other.
+    pub(super) fn may_be_the_other_way(&self) -> bool {
+        let leads = |one: &Added| one.effect.leads();
+        let left = matches!(self.verdict, Verdict::Partly | Verdict::Unexplained);
+        self.added.iter().any(leads) || (left && self.between.closer)
+    }
+
+    /// Whether nothing is missing, or no more than was found.
+    pub(super) fn is_complete(&self) -> bool {
+        matches!(self.verdict, Verdict::Found | Verdict::None)
+    }
+
+    /// Whether it follows the held-out rows as well as the `other`.
+    pub(super) fn is_as_good_as(&self, other: &Self) -> bool {
+        self.held_out_cost() < (1.0 + AS_GOOD) * other.held_out_cost()
+    }
+
+    /// The held-out error, squared, in units of noise and summed over all channels.
+    fn held_out_cost(&self) -> f64 {
+        let errors = self.after.errors.hold_out.iter();
+        errors
+            .map(|(name, error)| (error.rmse / self.noise[name].value).powi(2))
+            .sum()
     }
 
     /// Refuses a model whose integrator errs by more than the noise and than the model itself: its figures would say more of

@@ -3,18 +3,15 @@
 use super::added::{Considered, Decision};
 use super::attribution::{Allowed, Attribution, Selection, Sought};
 use super::clocks::with_clocks_set;
-use super::command_noise::with_quiet_commands;
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, quieter, variance};
 use super::free_form::{FoundForm, found as found_form, free_forms};
-use super::hold::{
-    Between, OtherHold, complete_other_way, is_as_good, is_closer, is_complete, is_preferred,
-    may_be_the_other_way, other_hold, other_way,
-};
+use super::hold::{Between, OtherHold, complete_other_way, is_closer, other_hold, other_way};
 use super::identified::Identified;
 use super::located::{Located, located};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
+use super::quiet_commands::with_quiet_commands;
 use super::run_in::{at_rest, is_better, with_run_in};
 use super::signature::{closest, of_effects, of_residual};
 use super::simulation::{Compared, Sides, residual_in_all_rows};
@@ -100,20 +97,20 @@ pub fn identify(
         evaluations,
     };
     let mut result = diagnosis.of(problem.clone(), start, noise.clone())?;
-    if !hold_shown && may_be_the_other_way(&result) && diagnosis.stage.goes_on() {
+    if !hold_shown && result.may_be_the_other_way() && diagnosis.stage.goes_on() {
         let mut other = problem.clone();
         other.structure.hold = other_hold(&result.after, plan);
         // Beside what is complete only fewer effects count: where those do not do as well, the others need not be looked for.
         let mut may_be_better = true;
-        if is_complete(&result) {
+        if result.is_complete() {
             diagnosis.options.max_effects = result.added.len() - 1;
             let simpler = diagnosis.of(other.clone(), start, noise.clone())?;
             diagnosis.options.max_effects = options.max_effects;
-            may_be_better = simpler.broken_off.is_none() && is_as_good(&simpler, &result);
+            may_be_better = simpler.broken_off.is_none() && simpler.is_as_good_as(&result);
         }
         if may_be_better {
             let other_result = diagnosis.of(other.clone(), start, noise)?;
-            if other_result.broken_off.is_none() && is_preferred(&other_result, &result) {
+            if other_result.broken_off.is_none() && other_result.is_preferred_to(&result) {
                 (problem, result) = (other, other_result);
             }
         }

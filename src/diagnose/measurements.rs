@@ -1,7 +1,7 @@
 //! Records cut into what is fitted and what is held out.
 
 use super::conditions::Conditions;
-use super::hold::answer_at_once;
+use super::jumps::answer_at_once;
 use super::simulation::Sides;
 use crate::Result;
 use crate::evaluate::problem::{Sample, Series};

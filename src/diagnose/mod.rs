@@ -28,7 +28,7 @@
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `clocks` puts records in phase
-//! that hum, `command_noise` smooths commands that were measured with noise, `hold` tells what the command does between two rows
+//! that hum, `quiet_commands` smooths commands that were measured with noise, `hold` tells what the command does between two rows
 //! or tries both ways, `evidence` is what models are judged by, `preference` which of two it prefers, `unexcited` sets what the
 //! fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects, `added` is what became of each,
 //! `verdict` decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the
@@ -45,13 +45,16 @@ mod free_form;
 mod hold;
 mod identified;
 mod identify;
+mod jumps;
 mod known;
 mod led;
+mod left_over;
 mod linear;
 mod located;
 mod measurements;
 mod preference;
 mod problem;
+mod quiet_commands;
 mod run_in;
 mod screen;
 mod sensors;

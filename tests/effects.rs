@@ -114,6 +114,10 @@ fn the_catalogue_is_that_of_the_reference() {
         "hysteresis~loop",
         "asymmetric_gain~loop",
         "asymmetric_gain~pilot",
+        "hysteresis~transducer",
+        "null_bias~transducer",
+        "dc_gain~leaking",
+        "stroke_limit~rail",
         "integral_action~windup",
         "integral_action~tracking",
         "integral_action~clamping",
@@ -144,6 +148,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "gain_curvature~shaped",
         "gain_curvature~round",
         "gain_curvature~laminar",
+        "gain_curvature~tanh",
         "flow_saturation",
         "flow_saturation~choked",
         "leakage",
@@ -535,7 +540,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 92] = [
+const TWINS: [Twin; 97] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -623,6 +628,35 @@ const TWINS: [Twin; 92] = [
         "asymmetric_gain~pilot=-0.2",
         "asymmetric_gain~pilot",
         &[("pilot_asymmetry", -0.2)],
+    ),
+    (
+        "hysteresis~transducer=0.15",
+        "hysteresis~transducer",
+        &[("hysteresis_transducer", 0.15)],
+    ),
+    (
+        "null_bias~transducer=0.3:stretch=-0.04:warm_up=2",
+        "null_bias~transducer",
+        &[
+            ("transducer_shift", 0.3),
+            ("transducer_stretch", -0.04),
+            ("transducer_time", 2.0),
+        ],
+    ),
+    (
+        "dc_gain~leaking=0.95:zero=1.5",
+        "dc_gain~leaking",
+        &[("leaking_gain", 0.95), ("leaking_zero", 1.5)],
+    ),
+    (
+        "stroke_limit~rail=7:negative=100:rate=2000:rail=13",
+        "stroke_limit~rail",
+        &[
+            ("rail_stop_top", 7.0),
+            ("rail_stop_bottom", 100.0),
+            ("rail_stop_stiffness", 2000.0),
+            ("integrator_rail", 13.0),
+        ],
     ),
     ("slew_limit=300", "slew_limit", &[("slew_limit", 300.0)]),
     ("slew_limit=120", "slew_limit", &[("slew_limit", 120.0)]),
@@ -821,6 +855,11 @@ const TWINS: [Twin; 92] = [
             ("supply_lag_accumulator", 0.1),
             ("pump_flow_at_most", 25.0),
         ],
+    ),
+    (
+        "gain_curvature~tanh=0.15",
+        "gain_curvature~tanh",
+        &[("transition_opening", 15.0)],
     ),
     (
         "gain_curvature~laminar=0.06",
@@ -1398,6 +1437,9 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
             ];
             let forms = [
                 "null_bias~settling",
+                "null_bias~transducer",
+                // In a stop, with its integrator beyond the rail, it begins with a motion of a millisecond.
+                "stroke_limit~rail",
                 "dc_gain~heating",
                 "supply_droop~limited",
                 "supply_droop~accumulator",

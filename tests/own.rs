@@ -415,7 +415,7 @@ fn more_states_than_a_structure_has_room_for_are_refused() {
     for entry in [alone, on_each] {
         let error = refused(entry);
         assert!(
-            error.contains("states") && error.contains("of the 74"),
+            error.contains("states") && error.contains("of the 75"),
             "{error}"
         );
     }
@@ -427,7 +427,7 @@ fn more_states_than_a_structure_has_room_for_are_refused() {
     };
     let all = known().flat_map(|entry| entry.on(&full));
     let full = all.fold(full.clone(), |structure, effect| structure.with(effect));
-    assert!((19..=74).contains(&full.states().len()));
+    assert!((19..=75).contains(&full.states().len()));
     let problem = problem(&full, &[]);
     assert!(reference::cost(&problem, &problem.start()).is_some());
 }

@@ -298,6 +298,12 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             &[("hysteresis_spread", 0.3)],
         ),
         (
+            "hysteresis~transducer=0.15",
+            "hysteresis,friction,delay,overlap,sensor_lag",
+            ["hysteresis", "transducer"],
+            &[("hysteresis_transducer", 0.15)],
+        ),
+        (
             "hysteresis~loop=0.3:share=0.6",
             "hysteresis,friction,delay,flow_force",
             ["hysteresis", "loop"],
@@ -314,6 +320,18 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             "asymmetric_gain,slew_limit,null_bias,sensor_offset",
             ["asymmetric_gain", "pilot"],
             &[("pilot_asymmetry", -0.15)],
+        ),
+        (
+            "dc_gain~leaking=0.92:zero=1.5",
+            "dc_gain,null_bias,flow_force,asymmetric_gain",
+            ["dc_gain", "leaking"],
+            &[("leaking_gain", 0.92), ("leaking_zero", 1.5)],
+        ),
+        (
+            "stroke_limit~rail=7:rail=8",
+            "stroke_limit,slew_limit,feedback_curvature,dc_gain",
+            ["stroke_limit", "rail"],
+            &[("rail_stop_top", 7.0), ("integrator_rail", 8.0)],
         ),
         (
             "delay~loop=0.0015",
@@ -386,6 +404,18 @@ fn a_form_behind_the_spool_is_told_from_what_comes_near_it() {
             "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
             ["supply_droop", "accumulator"],
             &[("pump_flow_at_most", 20.0)],
+        ),
+        (
+            "null_bias~transducer=0.3:stretch=-0.03:warm_up=2",
+            "null_bias,sensor_drift,sensor_offset,viscosity_drift,overlap",
+            ["null_bias", "transducer"],
+            &[("transducer_shift", 0.3), ("transducer_stretch", -0.03)],
+        ),
+        (
+            "gain_curvature~tanh=0.2",
+            "gain_curvature,overlap,asymmetric_gain",
+            ["gain_curvature", "tanh"],
+            &[("transition_opening", 20.0)],
         ),
         (
             "gain_curvature~laminar=0.08",

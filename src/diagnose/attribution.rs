@@ -169,7 +169,10 @@ impl<'a, 'b> Selection<'a, 'b> {
         let causes = causes.cloned().unwrap_or_default();
         if !self.evidence.is_followed_by(&model) {
             if self.stage.goes_on() {
-                let closer = |other| come_closer(self.evidence, other, beneath, &causes);
+                // What the sensors add may have stood for a cause of the same name.
+                let alone = self.refits.get(&names(base.structure())).cloned();
+                let all = [&causes[..], &alone.unwrap_or_default()].concat();
+                let closer = |other| come_closer(self.evidence, other, beneath, &all);
                 closer_the_other_way = self.allowed.other_hold.is_some_and(closer);
             }
             if !closer_the_other_way {

@@ -1,7 +1,7 @@
 //! The command between two rows: a converter holds it, a generator may go straight on. Where nobody says, both are tried, the
 //! latter first where the valve answers a jump sooner than it could answer a converter.
 
-use super::evidence::{Evidence, Model, QUICK, set_start};
+use super::evidence::{Evidence, Model, QUICK, Side, set_start};
 use super::fitted::Fitted;
 use super::jumps::{answers, measured};
 use super::measurements::{Measurements, starts};
@@ -149,7 +149,8 @@ pub(super) fn complete_other_way(
 
 /// Whether with the `other` of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all
 /// of them do as it was taken, each after a few steps on the rows on which effects are sought. What was added to those may make up
-/// for the wrong of the two: they say more than a result.
+/// for the wrong of the two: they say more than a result. The fitted rows may be too slow to tell: where the one that follows them best
+/// does not do worse there with the other, it is what that makes of the rows held out.
 pub(super) fn come_closer(
     evidence: &Evidence,
     other: Hold,
@@ -167,7 +168,18 @@ pub(super) fn come_closer(
         let errors = problems.par_iter().filter_map(error);
         errors.reduce(|| f64::INFINITY, f64::min)
     };
-    is_closer([base.structure().hold, other].map(least))
+    let by_fit = |a: &&Model, b: &&Model| a.loss(Side::Fit).total_cmp(&b.loss(Side::Fit));
+    let best = causes.iter().map(|(_, model)| model).min_by(by_fit);
+    let goes_on_closer = |best: &Model| {
+        let mut problem = best.problem.clone();
+        problem.structure.hold = other;
+        let other = evidence.polished(problem);
+        other.is_some_and(|other| {
+            let errors = [best, &other].map(|one| one.loss(Side::HoldOut).sqrt());
+            other.loss(Side::Fit) <= best.loss(Side::Fit) && is_closer(errors)
+        })
+    };
+    is_closer([base.structure().hold, other].map(least)) || best.is_some_and(goes_on_closer)
 }
 
 /// Whether the second of two `errors` is less by so much that all effects are to be tried with what makes that.

@@ -120,10 +120,12 @@ impl Located {
         one_side && self.confidence > SURE
     }
 
-    /// Whether `effect` may be what is missing. One of the spool's sensor may hide in either piece.
+    /// Whether `effect` may be what is missing. One of the spool's sensor may hide in either piece, as may one of the transducer of its
+    /// loop.
     pub(super) fn admits(&self, effect: &Effect) -> bool {
         let place = Place::of(effect);
-        !self.is_one_side() || place == Place::SpoolSensor || place == self.place
+        let shows = place == Place::SpoolSensor || effect.is_shown_by_its_loop();
+        !self.is_one_side() || shows || place == self.place
     }
 }
 

@@ -108,6 +108,12 @@ pub trait Ports<R: Real> {
         spool
     }
 
+    /// Where the record has a spool that is at `spool`, at a `time` since its first row, s.
+    #[inline(always)]
+    fn seen(&self, _state: &[R], spool: R, _time: R) -> R {
+        spool
+    }
+
     /// Opening (%) and supply pressure (bar) after all effects, and the opening after the correction.
     #[inline(always)]
     fn opening_and_supply(&self, _state: &[R], opening: R, supply: R) -> (R, R) {
@@ -384,6 +390,16 @@ impl<R: Real> Ports<R> for Attached<R> {
         for effect in &self.effects {
             let own = &state[effect.states.clone()];
             spool = effect.action.place(own, spool, speed);
+        }
+        spool
+    }
+
+    #[inline(always)]
+    fn seen(&self, state: &[R], spool: R, time: R) -> R {
+        let mut spool = spool;
+        for effect in &self.effects {
+            let own = &state[effect.states.clone()];
+            spool = effect.action.seen(own, spool, time);
         }
         spool
     }

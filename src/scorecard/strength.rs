@@ -138,7 +138,9 @@ impl Open {
                 extra("second", 0.05, 0.5);
             }
             Kind::PeriodicDisturbance | Kind::CommandHum => extra("frequency", 8.0, 150.0),
-            Kind::NullBias if form == Form::Settling => {
+            Kind::DcGain if form == Form::Leaking => extra("zero", 0.2, 3.0),
+            Kind::StrokeLimit if form == Form::Rail => extra("rail", 12.0, 15.0),
+            Kind::NullBias if matches!(form, Form::Settling | Form::Transducer) => {
                 extra("warm_up", 0.3 * setup.seconds, setup.seconds);
             }
             Kind::SpoolResonance if form == Form::Lagged => extra("damping", 0.2, 0.6),
@@ -175,7 +177,9 @@ impl Open {
             }
             Kind::Delay => Dial::rising(0.002, 0.08),
             Kind::DeadBand => Dial::rising(0.2, 2.5),
-            Kind::DcGain if form == Form::Heating => Dial::limit(0.995, 0.96, 0.7),
+            Kind::DcGain if matches!(form, Form::Heating | Form::Leaking) => {
+                Dial::limit(0.995, 0.96, 0.7)
+            }
             Kind::DcGain => Dial::rising(0.03, 0.4).signed(rng).from(1.0),
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),
@@ -203,6 +207,7 @@ impl Open {
             Kind::Overlap => Dial::rising(4.0, 40.0),
             Kind::AsymmetricGain => Dial::rising(0.05, 0.6).signed(rng),
             Kind::GainCurvature if form == Form::Laminar => Dial::rising(0.05, 0.4),
+            Kind::GainCurvature if form == Form::Tanh => Dial::rising(0.1, 0.7),
             Kind::GainCurvature => Dial::rising(0.1, 0.6).signed(rng),
             Kind::FlowSaturation => Dial::limit(105.0, 75.0, 10.0),
             Kind::Leakage => Dial::rising(0.025, 0.25).times(valve.rated_flow),

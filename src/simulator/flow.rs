@@ -188,6 +188,8 @@ struct Opening {
     shape: Option<(f64, f64)>,
     /// h |h| / √(h² + w²).
     laminar: f64,
+    /// h tanh(2 |h| / w).
+    transition: Option<f64>,
     /// h + r (sign(h) |h|^1.5 − h).
     round: f64,
     /// |h| ≤ s.
@@ -215,6 +217,7 @@ impl Opening {
             knee: knee.map(|p| (p.value, p.key("at").unwrap_or(40.0) / 100.0)),
             round: find(planted, Kind::GainCurvature, Form::Round).map_or(0.0, |p| p.value),
             laminar: find(planted, Kind::GainCurvature, Form::Laminar).map_or(0.0, |p| p.value),
+            transition: find(planted, Kind::GainCurvature, Form::Tanh).map(|p| p.value),
             shape: shape.map(|p| (p.value, p.key("fifth").unwrap_or(0.0))),
             rounding: rounded.map(|p| width(p) / 100.0),
             clearance: clearance.map(|p| p.key("clearance").unwrap_or(2.0) / 100.0),
@@ -257,6 +260,9 @@ impl Opening {
             0.0 => h,
             width => h * (h.abs() / width).atan().sin(),
         };
+        let h = self
+            .transition
+            .map_or(h, |width| h * (2.0 * h.abs() / width).tanh());
         let h = self.choked.map_or(h, |[up, down]| {
             let end = if h > 0.0 { up } else { down };
             h * (1.0 + (h / end).powi(4)).powf(-0.25)

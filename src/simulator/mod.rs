@@ -345,10 +345,10 @@ impl Setup {
                     let before = (now - h).max(0.0);
                     let [from, to] = electronics.step(command, h);
                     let command = [from + pickup.at(before), to + pickup.at(now)];
-                    spool.step(command, flow.drop(), h);
+                    spool.step(command, flow.drop(), now, h);
                     seen.advance(spool.position(), now, h);
                     flow.advance(seen.position, now, h);
-                    spool_sensor.advance(seen.position, h);
+                    spool_sensor.advance(spool.recorded(seen.position), h);
                     flow_sensor.advance(flow.value, h);
                 }
             }

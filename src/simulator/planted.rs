@@ -165,6 +165,12 @@ pub enum Form {
     Accumulator,
     /// An opening that lets less pass where its flow is laminar; its value is a share of full scale.
     Laminar,
+    /// What shows the spool to its loop and to the record alike.
+    Transducer,
+    /// An integrator that leaks.
+    Leaking,
+    /// A stop behind which the integrator winds up to its rail.
+    Rail,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -180,6 +186,9 @@ impl Form {
             Self::Gradual => "gradual",
             Self::Spread => "spread",
             Self::Accumulator => "accumulator",
+            Self::Transducer => "transducer",
+            Self::Leaking => "leaking",
+            Self::Rail => "rail",
             Self::Laminar => "laminar",
             Self::Feedback => "feedback",
             Self::Linkage => "linkage",
@@ -292,11 +301,13 @@ impl Kind {
             Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2,
                 &[Form::Compensated], &[("start", 0.06, &[Form::Compensated])]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96,
-                &[Form::Creeping, Form::Heating], &[("time", 0.5, &[Form::Creeping, Form::Heating])]),
+                &[Form::Creeping, Form::Heating, Form::Leaking],
+                &[("time", 0.5, &[Form::Creeping, Form::Heating]), ("zero", 0.0, &[Form::Leaking])]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
-                &[Form::Settling], &[("warm_up", 5.0, &[Form::Settling])]),
+                &[Form::Settling, Form::Transducer],
+                &[("warm_up", 5.0, &[Form::Settling, Form::Transducer]), ("stretch", 0.0, &[Form::Transducer])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
-                &[Form::BoucWen, Form::Preisach, Form::Gradual, Form::Spread, Form::Feedback, Form::Linkage, Form::Loop],
+                &[Form::BoucWen, Form::Preisach, Form::Gradual, Form::Spread, Form::Feedback, Form::Linkage, Form::Loop, Form::Transducer],
                 &[("width", f64::NAN, &[Form::BoucWen]), ("travel", 0.5, &[Form::Gradual]), ("widest", 1.0, &[Form::Spread]), ("share", 0.6, &[Form::Loop])]),
             Self::CommandLag => entry("command_lag", "s", "electronics", (0.0, 1.0), 0.003, &[Form::SecondOrder, Form::Loop], &[]),
             Self::CommandHum => entry("command_hum", "V", "electronics", (0.0, 10.0), 0.2,
@@ -325,11 +336,12 @@ impl Kind {
             Self::FlowForce => entry("flow_force", "1", "spool", (-0.5, 5.0), 0.1,
                 &[Form::Windup, Form::Angle], &[("turn", 0.6, &[Form::Angle]), ("span", 2.0, &[Form::Angle])]),
             Self::StrokeLimit => entry("stroke_limit", "V", "spool", (0.1, 100.0), 7.0,
-                &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic, Form::Sides],
+                &[Form::Clipped, Form::Soft, Form::Windup, Form::Command, Form::Elastic, Form::Sides, Form::Rail],
                 &[
                     ("stiffness", 20.0, &[Form::Soft]),
-                    ("rate", 1000.0, &[Form::Elastic]),
-                    ("negative", 100.0, &[Form::Sides]),
+                    ("rate", 1000.0, &[Form::Elastic, Form::Rail]),
+                    ("negative", 100.0, &[Form::Sides, Form::Rail]),
+                    ("rail", 13.0, &[Form::Rail]),
                 ]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
                 &[Form::Rounded, Form::Edges, Form::Clearance],
@@ -340,7 +352,7 @@ impl Kind {
                 ]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[Form::Loop, Form::Pilot], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
-                &[Form::Knee, Form::Shaped, Form::Round, Form::Laminar], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
+                &[Form::Knee, Form::Shaped, Form::Round, Form::Laminar, Form::Tanh], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0,
                 &[Form::Choked], &[("negative", 1000.0, &[Form::Choked])]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
@@ -551,8 +563,8 @@ impl Planted {
         }
         for (key, value) in &self.extra {
             self.own_key(key, &format!("effect {self}"))?;
-            // Only a phase and a warming can be negative, and be zero in earnest.
-            let signed = matches!(*key, "phase" | "heating" | "excess");
+            // Only these can be negative, and be zero in earnest.
+            let signed = matches!(*key, "phase" | "heating" | "excess" | "stretch" | "zero");
             if !value.is_finite()
                 || (!signed && *value <= 0.0)
                 || (*key == "excess" && *value < 0.0)

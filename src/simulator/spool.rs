@@ -35,6 +35,8 @@ pub(super) struct Spool {
     torque_limit: f64,
     feed_forward: f64,
     integral_action: f64,
+    /// By what share of K an integrator leaks, and where to, V.
+    leak: (f64, f64),
     before_limit: Option<BeforeLimit>,
     backlash: Option<Backlash>,
     linkage: Option<Backlash>,
@@ -164,26 +166,45 @@ struct Backlash {
     half_width: f64,
     /// What follows, V.
     at: f64,
+    /// Whether the record has what follows.
+    recorded: bool,
 }
 
-/// What the loop is fed back of the spool: x + square · (x / full scale)² + cubic · (x / full scale)³, V.
+/// What the loop is fed back of the spool: x + square · (x / full scale)² + cubic · (x / full scale)³, V; and x + (shift + stretch · x)
+/// · warm of one that warms up, which the record has as well.
 struct Transducer {
     square: f64,
     cubic: f64,
+    shift: f64,
+    stretch: f64,
+    warm_up: f64,
+    /// From 0 to 1.
+    warm: f64,
 }
 
 impl Transducer {
     fn planted(planted: &[Planted]) -> Self {
         let curved = find(planted, Kind::FeedbackCurvature, Form::Usual);
+        let drifts = find(planted, Kind::NullBias, Form::Transducer);
+        let key = |key| drifts.and_then(|p| p.key(key));
         Self {
             square: curved.and_then(|p| p.key("square")).unwrap_or(0.0),
             cubic: curved.map_or(0.0, |p| p.value),
+            shift: drifts.map_or(0.0, |p| p.value),
+            stretch: key("stretch").unwrap_or(0.0),
+            warm_up: key("warm_up").unwrap_or(1.0),
+            warm: 0.0,
         }
+    }
+
+    /// By how much it shows more than where the spool is as it has warmed up.
+    fn drift(&self, x: f64) -> f64 {
+        (self.shift + self.stretch * x) * self.warm
     }
 
     fn shown(&self, x: f64) -> f64 {
         let share = x / FULL_SCALE;
-        x + self.square * share.powi(2) + self.cubic * share.powi(3)
+        x + self.square * share.powi(2) + self.cubic * share.powi(3) + self.drift(x)
     }
 }
 
@@ -205,6 +226,13 @@ enum Stop {
     Elastic {
         limit: f64,
         rate: f64,
+    },
+    /// The same beyond the limit of either side, and |z| ≤ rail.
+    Rail {
+        bottom: f64,
+        top: f64,
+        rate: f64,
+        rail: f64,
     },
 }
 
@@ -340,6 +368,12 @@ impl Spool {
             limit: p.value,
             rate: p.key("rate").unwrap_or(1.0),
         });
+        let rail = find(planted, Kind::StrokeLimit, Form::Rail).map(|p| Stop::Rail {
+            bottom: -p.key("negative").unwrap_or(p.value),
+            top: p.value,
+            rate: p.key("rate").unwrap_or(1.0),
+            rail: p.key("rail").unwrap_or(13.0),
+        });
         let usual = find(planted, Kind::StrokeLimit, Form::Usual);
         let sides = find(planted, Kind::StrokeLimit, Form::Sides);
         let hard = usual.or(sides).map(|p| Stop::Hard {
@@ -349,6 +383,7 @@ impl Spool {
         let stroke = |form| limit(Kind::StrokeLimit, form);
         let stop = soft
             .or(elastic)
+            .or(rail)
             .or(hard)
             .or_else(|| stroke(Form::Windup).map(Stop::Windup))
             .unwrap_or(Stop::None);
@@ -356,6 +391,7 @@ impl Spool {
             find(planted, Kind::Hysteresis, form).map(|p| Backlash {
                 half_width: p.value,
                 at: position,
+                recorded: form == Form::Transducer,
             })
         };
         Self {
@@ -382,8 +418,11 @@ impl Spool {
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
             feed_forward: value(planted, Kind::FeedForward),
             integral_action: value(planted, Kind::IntegralAction),
+            leak: find(planted, Kind::DcGain, Form::Leaking).map_or((0.0, 0.0), |p| {
+                (1.0 / p.value - 1.0, p.key("zero").unwrap_or(0.0))
+            }),
             before_limit: BeforeLimit::planted(planted),
-            backlash: play(Form::Feedback),
+            backlash: play(Form::Feedback).or_else(|| play(Form::Transducer)),
             linkage: play(Form::Linkage),
             iron: find(planted, Kind::Hysteresis, Form::Loop).map(|p| {
                 Plays::of_any_width(
@@ -410,9 +449,18 @@ impl Spool {
         self.linkage.as_ref().map_or(x, |play| play.follower(x))
     }
 
-    /// Moves on by `h` s, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is
+    /// What the record has of a spool at `position`, V.
+    pub(super) fn recorded(&self, position: f64) -> f64 {
+        match &self.backlash {
+            Some(play) if play.recorded => play.at,
+            _ => position + self.transducer.drift(position),
+        }
+    }
+
+    /// Moves on by `h` s to `time`, in which the command goes straight from `command[0]` to `command[1]` and the pressure drop is
     /// `drop` times the rated one.
-    pub(super) fn step(&mut self, command: [f64; 2], drop: f64, h: f64) {
+    pub(super) fn step(&mut self, command: [f64; 2], drop: f64, time: f64, h: f64) {
+        self.transducer.warm = -(-time / self.transducer.warm_up).exp_m1();
         // Where the command has come with the row the error is largest.
         self.magnetise(command[0]);
         let late = self.drive_delay.is_some();
@@ -447,6 +495,10 @@ impl Spool {
             let lead = self.state[0] + self.valve.time_constant * self.state[1];
             self.state[0] = limit.copysign(self.state[0]);
             self.state[1] = (lead - self.state[0]) / self.valve.time_constant;
+        }
+        if let Stop::Rail { rail, .. } = self.stop {
+            let lead = self.state[0] + self.valve.time_constant * self.state[1];
+            self.state[1] = (lead.clamp(-rail, rail) - self.state[0]) / self.valve.time_constant;
         }
         if let Stop::Hard { bottom, top } = self.stop
             && !(bottom < self.state[0] && self.state[0] < top)
@@ -503,6 +555,9 @@ impl Spool {
         }
         let w = match self.stop {
             Stop::Elastic { limit, rate } => w - rate * (x - x.clamp(-limit, limit)),
+            Stop::Rail {
+                bottom, top, rate, ..
+            } => w - rate * (x - x.clamp(bottom, top)),
             _ => w,
         };
         let w = w * (1.0 + self.pilot_asymmetry * w.signum());
@@ -525,7 +580,10 @@ impl Spool {
     fn winds_up(&self) -> bool {
         self.flow_force_behind != 0.0
             || matches!(self.friction, Friction::Windup { .. })
-            || matches!(self.stop, Stop::Windup(_) | Stop::Elastic { .. })
+            || matches!(
+                self.stop,
+                Stop::Windup(_) | Stop::Elastic { .. } | Stop::Rail { .. }
+            )
             || matches!(
                 self.speed,
                 Speed::Windup(_) | Speed::Tanh(_) | Speed::Rounded { winds_up: true, .. }
@@ -688,6 +746,9 @@ impl Spool {
                     * (1.0 + self.asymmetry * drive.signum());
                 let proportional = gain * drive;
                 let driven = late.unwrap_or(proportional + self.after_limit(integral));
+                let (leak, zero) = self.leak;
+                let wound = x + self.valve.time_constant * v;
+                let driven = driven - self.valve.gain * leak * (wound - zero);
                 let grows = self.grows(u, x, integral, proportional);
                 if let Some(resonance) = &self.resonance {
                     let driving = if resonance.lagged { v } else { driven };

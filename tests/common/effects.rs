@@ -134,10 +134,11 @@ pub(crate) fn plant(parameters: &mut [Parameter], effect: Effect, scale: &Scale,
 }
 
 /// What a trial leaves absent, or too small to compare anything with.
-const AUDIBLE: [(&str, f64); 29] = [
+const AUDIBLE: [(&str, f64); 30] = [
     ("compensation", 2.5),
     ("compensation_start", 2.5),
     ("stroke_limit_bottom", 1.5),
+    ("rail_stop_bottom", 1.5),
     ("stiction", 0.3),
     ("stribeck_speed", 10.0),
     ("disturbance_sine_spool", 1.0),

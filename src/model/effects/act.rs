@@ -196,6 +196,12 @@ pub trait Act<R: Real> {
         spool
     }
 
+    /// Where the transducer of the loop, which is recorded, shows a spool at `spool`, at a `time` since the record's first row, s.
+    #[inline(always)]
+    fn seen(&self, _own: &[R], spool: R, _time: R) -> R {
+        spool
+    }
+
     /// The opening, % of full scale.
     #[inline(always)]
     fn opening(&self, opening: R) -> R {

@@ -2,7 +2,7 @@
 
 use super::act::lagged;
 use super::host;
-use super::{Act, Entry, Host, Port, Stage};
+use super::{Act, Entry, Host, Motion, Port, Stage};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -217,9 +217,84 @@ impl<R: Real> Act<R> for DcGainHeating<R> {
     }
 }
 
+pub(super) const LEAKING: Entry = Entry {
+    name: "dc_gain~leaking",
+    port: Port::Actuator,
+    summary: "The loop's integrator leaks: the spool rests where its error makes up for that",
+    finding: "the loop's integrator leaks towards {leaking_zero}, so that the loop settles at {leaking_gain} of the way from there",
+    equation: "dz/dt = K (sat(u - x, S) - (1 / leaking_gain - 1) (z - leaking_zero))",
+    shows: "a spool that settles beside its command, by more the further it is from where the leak leads, and that moves faster towards there than away \
+            where its loop is saturated",
+    confused: "dc_gain, whose loop is as fast either way; flow_force, which pulls towards null alike, but with the pressure drop",
+    source: "leakage and bias current of an analogue integrator: Horowitz, Hill, The Art of Electronics, 2015",
+    parameters: |scale, _| {
+        let most = scale.command;
+        vec![
+            Parameter::linear("leaking_gain", "1", 0.5, 1.0, 1.0),
+            Parameter::linear("leaking_zero", &scale.command_unit, -most, 0.0, most),
+        ]
+    },
+    trials: |_, _| vec![vec![0.97, 0.0]],
+    applies: compares_with_its_command,
+    ..ENTRY
+};
+
+/// The loop's integrator leaks.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct DcGainLeaking<R> {
+    leak: R,
+    zero: R,
+}
+
+impl<R: Real> DcGainLeaking<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        let one = R::constant(1.0);
+        Self {
+            leak: one / next() - one,
+            zero: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for DcGainLeaking<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn drive(&self, _own: &[R], drive: R, motion: &Motion<R>) -> R {
+        let integrator = motion.spool + motion.time_constant * motion.speed;
+        drive - motion.gain * self.leak * (integrator - self.zero)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_leaking_integrator_rests_at_its_gain_and_drives_harder_towards_its_zero() {
+        let mut values = [0.8, 2.0].into_iter();
+        let effect: DcGainLeaking<f64> = DcGainLeaking::new(|| values.next().unwrap());
+        let at = |spool, speed| Motion {
+            gain: 100.0,
+            time_constant: 0.005,
+            spool,
+            speed,
+            slip_direction: 0.0,
+            load: 0.0,
+        };
+        // 80 % of the way from 2 V to 7 V.
+        assert!(effect.drive(&[], 100.0 * (7.0 - 6.0), &at(6.0, 0.0)).abs() < 1e-9);
+        // z = 10 V is 8 V away; z = -6 V as far on the other side.
+        let drives = [at(9.0, 200.0), at(-5.0, -200.0)].map(|one| effect.drive(&[], 300.0, &one));
+        assert!((drives[0] - 100.0).abs() < 1e-9 && (drives[1] - 500.0).abs() < 1e-9);
+    }
     use crate::model::base::servo_valve::Piston;
     use crate::model::{Output, ServoValve, Structure};
 

@@ -96,6 +96,12 @@ impl Effect {
         action.place(&own, 0.0, 1.0) > 0.0
     }
 
+    /// Whether the transducer of the loop, which is recorded, shows a spool elsewhere for it.
+    pub(crate) fn is_shown_by_its_loop(&self) -> bool {
+        let own = vec![0.0; self.entry.states.len()];
+        self.simplest().0.seen(&own, 2.0, 1.0) != 2.0
+    }
+
     /// Whether it is that something shows, or is commanded, where there is nothing, and no more than that.
     pub(crate) fn is_a_zero(&self) -> bool {
         let (action, parameters) = self.simplest();
@@ -257,5 +263,7 @@ mod tests {
         assert_eq!(named(Effect::is_a_zero), ["null_bias", "sensor_offset"]);
         assert_eq!(named(Effect::is_a_lag), ["compressibility", "sensor_lag"]);
         assert_eq!(named(Effect::is_a_gain), ["dc_gain"]);
+        let shown = ["hysteresis~transducer", "null_bias~transducer"];
+        assert_eq!(named(Effect::is_shown_by_its_loop), shown);
     }
 }

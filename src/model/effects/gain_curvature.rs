@@ -214,9 +214,55 @@ impl<R: Real> Act<R> for GainOfLaminarFlow<R> {
     }
 }
 
+pub(super) const TANH: Entry = Entry {
+    name: "gain_curvature~tanh",
+    finding: "the flow through openings below some {transition_opening} is laminar: the discharge coefficient falls there as a hyperbolic tangent",
+    equation: "h = x tanh(2 |x| / w), w = transition_opening: the discharge coefficient follows the flow number",
+    confused: "gain_curvature~laminar, which lacks a little up to larger openings; overlap, which takes as much of every larger opening",
+    source: "Cd = Cd_max tanh(2 lambda / lambda_crit), as simulators of hydraulics have it: Borutzky, Barnard, Thoma, Simulation \
+             Modelling Practice and Theory 10, 2002",
+    parameters: |_, _| vec![Parameter::linear("transition_opening", "%", 0.0, 0.0, 80.0)],
+    trials: |_, _| vec![vec![2.0], vec![8.0], vec![25.0]],
+    ..LAMINAR
+};
+
+/// Small openings let less pass, as their flow number has it.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct GainOfFlowNumber<R> {
+    half: R,
+}
+
+impl<R: Real> GainOfFlowNumber<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            half: R::constant(0.5) * next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for GainOfFlowNumber<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        // Where there is no transition, at null there is nothing to divide by.
+        let half = self.half.max(R::constant(1e-12));
+        opening * (opening.abs() / half).rising_tanh()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_flow_number_takes_off_a_tangent_and_nothing_at_full_scale() {
+        let mut values = [20.0].into_iter();
+        let effect: GainOfFlowNumber<f64> = GainOfFlowNumber::new(|| values.next().unwrap());
+        for x in [0.0, 0.1, 5.0, -12.0, 40.0, -100.0] {
+            let expected = x * (f64::abs(x) / 10.0).tanh();
+            assert!((effect.opening(x) - expected).abs() < 1e-5, "{x}");
+        }
+    }
 
     #[test]
     fn laminar_flow_grows_with_the_square_and_is_hardly_missing_at_full_scale() {

@@ -82,13 +82,19 @@ pub(super) const FEEDBACK: Entry = Entry {
     ..ENTRY
 };
 
-/// The feedback of the loop passes through a play.
+/// The feedback of the loop passes through a play, behind which the record has the spool or not.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct HysteresisOfFeedback<R> {
+pub(in crate::model) struct FeedbackPlay<R, const RECORDED: bool> {
     width: R,
 }
 
-impl<R: Real> HysteresisOfFeedback<R> {
+/// A play between a spool that is recorded and its feedback.
+pub(in crate::model) type HysteresisOfFeedback<R> = FeedbackPlay<R, false>;
+
+/// A play between the spool and what shows it, to the loop and to the record.
+pub(in crate::model) type HysteresisOfTransducer<R> = FeedbackPlay<R, true>;
+
+impl<R: Real, const RECORDED: bool> FeedbackPlay<R, RECORDED> {
     #[inline(always)]
     pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
         Self { width: next() }
@@ -100,7 +106,7 @@ impl<R: Real> HysteresisOfFeedback<R> {
     }
 }
 
-impl<R: Real> Act<R> for HysteresisOfFeedback<R> {
+impl<R: Real, const RECORDED: bool> Act<R> for FeedbackPlay<R, RECORDED> {
     fn feels_load(&self) -> bool {
         false
     }
@@ -116,10 +122,31 @@ impl<R: Real> Act<R> for HysteresisOfFeedback<R> {
     }
 
     #[inline(always)]
+    fn seen(&self, own: &[R], spool: R, _time: R) -> R {
+        match RECORDED {
+            true => self.feedback(own[0], spool),
+            false => spool,
+        }
+    }
+
+    #[inline(always)]
     fn settled_spool(&self, own: &mut [R], spool: R) {
         own[0] = spool;
     }
 }
+
+pub(super) const TRANSDUCER: Entry = Entry {
+    name: "hysteresis~transducer",
+    summary: "The core of the loop's transducer has a play on the spool, and the record has what it shows",
+    finding: "the transducer of the loop, which is recorded, follows the spool through a play of ±{hysteresis_transducer}",
+    equation: "sat(u - y, S), y = max(x - b, min(x + b, y_before)), half-width b = hysteresis_transducer; recorded is y, the ports have x",
+    shows: "a spool that seems to stand still at every reversal, before which the flow runs ahead by the play",
+    confused: "hysteresis~feedback, whose record has the spool itself; hysteresis~linkage, whose flow stands still, too",
+    parameters: |scale, _| vec![half_width("hysteresis_transducer", scale)],
+    applies: host::shows_more_than_the_spool,
+    states: &["play_of_transducer"],
+    ..FEEDBACK
+};
 
 pub(super) const LINKAGE: Entry = Entry {
     name: "hysteresis~linkage",
@@ -433,6 +460,23 @@ mod tests {
                 "{command}: {found} {h}"
             );
         }
+    }
+
+    #[test]
+    fn a_transducer_with_a_play_shows_the_loop_and_the_record_the_same() {
+        fn after<const RECORDED: bool>() -> [f64; 2] {
+            let effect: FeedbackPlay<f64, RECORDED> = FeedbackPlay::new(|| 0.25);
+            let (mut own, stage) = ([0.0], Stage::first(5.0, 0.0));
+            effect.settled_spool(&mut own, 0.0);
+            effect.remember(&mut own, 5.0, 3.0, &stage);
+            let reference = effect.reference(&own, 5.0, 2.875, &stage);
+            [effect.seen(&own, 2.875, 0.0), 5.0 - reference + 2.875]
+        }
+        // The core hangs 0.25 V behind, and stays where it is when the spool turns: that is what the loop compares.
+        assert_eq!(
+            [after::<true>(), after::<false>()],
+            [[2.75, 2.75], [2.875, 2.75]]
+        );
     }
 
     #[test]

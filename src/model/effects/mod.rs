@@ -120,6 +120,10 @@ macro_rules! catalogue {
                 match self { $(Self::$Type(effect) => effect.place(own, spool, speed),)* Self::Own(users) => users.0.place(own, spool, speed) }
             }
             #[inline(always)]
+            fn seen(&self, own: &[R], spool: R, time: R) -> R {
+                match self { $(Self::$Type(effect) => effect.seen(own, spool, time),)* Self::Own(users) => users.0.seen(own, spool, time) }
+            }
+            #[inline(always)]
             fn opening(&self, opening: R) -> R {
                 match self { $(Self::$Type(effect) => effect.opening(opening),)* Self::Own(users) => users.0.opening(opening) }
             }
@@ -273,6 +277,11 @@ catalogue! {
     hysteresis::HysteresisOfLoop = LOOP,
     asymmetric_gain::AsymmetricGainOfLoop = LOOP,
     asymmetric_gain::AsymmetricGainOfPilot = PILOT,
+    hysteresis::HysteresisOfTransducer = TRANSDUCER,
+    null_bias::NullBiasOfTransducer = TRANSDUCER,
+    dc_gain::DcGainLeaking = LEAKING,
+    stroke_limit::StrokeLimitRail = RAIL,
+    gain_curvature::GainOfFlowNumber = TANH,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -107,9 +107,91 @@ impl<R: Real> Act<R> for NullBiasSettling<R> {
     }
 }
 
+pub(super) const TRANSDUCER: Entry = Entry {
+    name: "null_bias~transducer",
+    port: Port::Actuator,
+    summary: "The transducer of the loop, which is recorded, drifts as it warms up",
+    finding: "the loop's transducer, which is recorded, drifts by {transducer_shift} and by {transducer_stretch} of the spool, with a time constant of {transducer_time}",
+    equation: "sat(u - y, S), y = x + (transducer_shift + transducer_stretch x) (1 - exp(-t / transducer_time)); recorded is y, the ports have x",
+    shows: "a flow at the same measured spool that moves away in a curve that levels off, while the spool seems to follow its command",
+    confused: "null_bias~settling, with which the measured spool moves, too; viscosity_drift~settling, whose flow is in proportion to itself",
+    source: "thermal zero and span shift of position transducers that close the loop: ISO 10770-1, null shift; IEC 61298-3",
+    parameters: |scale, _| {
+        let most = 0.3 * scale.command;
+        vec![
+            Parameter::linear("transducer_shift", &scale.command_unit, -most, 0.0, most),
+            Parameter::linear("transducer_stretch", "1", -0.3, 0.0, 0.3),
+            settling_time("transducer_time", scale),
+        ]
+    },
+    trials: |scale, _| {
+        let amount = 0.02 * scale.command;
+        [0.3, 0.8]
+            .map(|share| vec![amount, 0.0, share * scale.length])
+            .to_vec()
+    },
+    applies: host::shows_more_than_the_spool,
+    ..ENTRY
+};
+
+/// The transducer of the loop drifts as it warms up.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct NullBiasOfTransducer<R> {
+    shift: R,
+    stretch: R,
+    time: R,
+}
+
+impl<R: Real> NullBiasOfTransducer<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            shift: next(),
+            stretch: next(),
+            time: next(),
+        }
+    }
+
+    /// By how much it shows more than where the spool is.
+    #[inline(always)]
+    fn off(&self, spool: R, time: R) -> R {
+        let (settled, _) = (time / self.time).caught_up();
+        (self.shift + self.stretch * spool) * settled
+    }
+}
+
+impl<R: Real> Act<R> for NullBiasOfTransducer<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, spool: R, stage: &Stage<R>) -> R {
+        command - self.off(spool, stage.time)
+    }
+
+    #[inline(always)]
+    fn seen(&self, _own: &[R], spool: R, time: R) -> R {
+        spool + self.off(spool, time)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_drifting_transducer_is_at_rest_where_it_shows_the_command() {
+        let mut values = [0.4, 0.05, 2.0].into_iter();
+        let effect: NullBiasOfTransducer<f64> =
+            NullBiasOfTransducer::new(|| values.next().unwrap());
+        for (time, warm) in [(0.0, 0.0), (2.0, 1.0 - (-1.0f64).exp()), (1e3, 1.0)] {
+            let shown = effect.seen(&[], 6.0, time);
+            assert!((shown - 6.0 - 0.7 * warm).abs() < 2e-5, "{time}: {shown}");
+            let reference = effect.reference(&[], shown, 6.0, &Stage::first(shown, time));
+            assert!((reference - 6.0).abs() < 1e-12);
+        }
+    }
 
     #[test]
     fn a_shift_comes_to_rest() {

@@ -217,12 +217,8 @@ impl<R: Real> Act<R> for SlewLimitTanh<R> {
 
     #[inline(always)]
     fn speed(&self, _own: &[R], speed: R, _motion: &Motion<R>) -> R {
-        let two = R::constant(2.0);
-        // Of a half of |v| / R, doubled twice: d = 1 - e^(-2 |v| / R), and the tangent exact to 1e-7 of R.
-        let (quarter, _) = (R::constant(0.5) * speed.abs() / self.limit).caught_up();
-        let half = quarter * (two - quarter);
-        let whole = half * (two - half);
-        (self.limit * whole / (two - whole)).with_sign_of(speed)
+        let share = (speed.abs() / self.limit).rising_tanh();
+        (self.limit * share).with_sign_of(speed)
     }
 }
 

@@ -315,6 +315,93 @@ impl<R: Real> Act<R> for StrokeLimitElastic<R> {
     }
 }
 
+pub(super) const RAIL: Entry = Entry {
+    name: "stroke_limit~rail",
+    summary: "The spool runs into a stop, and the loop's integrator runs on as far as its rail",
+    finding: "the spool runs into its stop at {rail_stop_top} or {rail_stop_bottom}, and the loop's integrator winds up to ±{integrator_rail}",
+    equation: "dz/dt = K sat(u - x, S), |z| <= integrator_rail, dx/dt = (z - x)/T - rail_stop_stiffness (x - clamp(x, -rail_stop_bottom, rail_stop_top))",
+    shows: "tops at large openings, to one side or both, that last longer than the command asks for, but never longer than the same time",
+    confused: "stroke_limit~elastic, whose integrator has no end; stroke_limit~sides, whose spool leaves its stop as soon as the command turns",
+    source: "output swing of an analogue integrator: Horowitz, Hill, The Art of Electronics, 2015; a stroke limiter that is set on one side",
+    parameters: |scale, _| {
+        vec![
+            limit("rail_stop_top", scale),
+            limit("rail_stop_bottom", scale),
+            Parameter::log("rail_stop_stiffness", "1/s", 200.0, 2000.0, 10_000.0).paced(Pace::Rate),
+            limit("integrator_rail", scale),
+        ]
+    },
+    trials: |scale, _| {
+        let (far, rail) = (10.0 * scale.command, 1.05 * scale.command);
+        let near = [0.85, 0.7, 0.5].map(|share| share * scale.command);
+        near.iter()
+            .flat_map(|&near| [[near, far], [far, near], [near, near]])
+            .map(|[top, bottom]| vec![top, bottom, 2000.0, rail])
+            .collect()
+    },
+    imitated_by: &["saturation"],
+    ..ENTRY
+};
+
+/// The spool is pushed back from beyond its stops by a spring, and the integrator winds up to its rail.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct StrokeLimitRail<R> {
+    top: R,
+    bottom: R,
+    stiffness: R,
+    rail: R,
+}
+
+impl<R: Real> StrokeLimitRail<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            top: next(),
+            bottom: -next(),
+            stiffness: next(),
+            rail: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for StrokeLimitRail<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn speed(&self, _own: &[R], speed: R, motion: &Motion<R>) -> R {
+        let beyond = motion.spool - motion.spool.clamp(self.bottom, self.top);
+        speed - self.stiffness * beyond
+    }
+
+    #[inline(always)]
+    fn end_step(
+        &self,
+        _: &mut [R],
+        lead: R,
+        spool: R,
+        _drive: R,
+        start: &Motion<R>,
+        step: R,
+    ) -> (R, R) {
+        let one = R::constant(1.0);
+        let lag = start.time_constant;
+        let over = lead - lead.clamp(-self.rail, self.rail);
+        // What it has been driven by beyond the rail it has followed: through its lag, and against its stop where it is there.
+        let risen = lead - (start.spool + lag * start.speed);
+        let share = (over.abs() / risen.abs().max(R::constant(1e-30))).min(one);
+        let beyond = spool - spool.clamp(self.bottom, self.top);
+        let rate = lag * beyond.abs().if_positive(self.stiffness, R::constant(0.0)) + one;
+        let (_, followed) = (rate * share * step / lag).caught_up();
+        (lead - over, spool - over * followed / rate)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -364,6 +451,41 @@ mod tests {
         let effect: StrokeLimitElastic<f64> = StrokeLimitElastic::new(|| values.next().unwrap());
         let speed = |spool| effect.speed(&[], 50.0, &at(spool));
         assert_eq!([1.0, 2.0, -2.0].map(speed), [50.0, -50.0, 150.0]);
+    }
+
+    #[test]
+    fn an_integrator_with_a_rail_winds_up_no_further() {
+        let mut values = [1.5, 3.0, 200.0, 4.5].into_iter();
+        let effect: StrokeLimitRail<f64> = StrokeLimitRail::new(|| values.next().unwrap());
+        let speed = |spool| effect.speed(&[], 50.0, &at(spool));
+        assert_eq!(
+            [1.0, 2.0, -2.0, -3.5].map(speed),
+            [50.0, -50.0, 50.0, 150.0]
+        );
+        // Where z rises from 4 V to 5 V in a step, free and in the stop: as if it had risen to 4.5 V and no further.
+        for begun in [1.0, 1.6] {
+            let start = Motion {
+                speed: (4.0 - begun) / 0.003,
+                ..at(begun)
+            };
+            let after = |rail: f64| {
+                let (mut spool, steps) = (begun, 100_000);
+                for k in 0..steps {
+                    let lead = (4.0 + (f64::from(k) + 0.5) / f64::from(steps)).min(rail);
+                    let speed = effect.speed(&[], (lead - spool) / 0.003, &at(spool));
+                    spool += 1e-3 / f64::from(steps) * speed;
+                }
+                spool
+            };
+            let (lead, spool) =
+                effect.end_step(&mut [], 5.0, after(f64::INFINITY), 0.0, &start, 1e-3);
+            assert_eq!(lead, 4.5);
+            assert!(
+                (spool - after(4.5)).abs() < 2e-5,
+                "{begun}: {spool} {}",
+                after(4.5)
+            );
+        }
     }
 
     #[test]

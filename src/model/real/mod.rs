@@ -103,6 +103,16 @@ pub trait Real:
         }
         angle * sum
     }
+    /// The hyperbolic tangent where `self` ≥ 0, to 1e-7.
+    #[inline(always)]
+    fn rising_tanh(self) -> Self {
+        let two = Self::constant(2.0);
+        // Of a half of it, doubled twice: 1 - e^(-2 self).
+        let (quarter, _) = (Self::constant(0.5) * self).caught_up();
+        let half = quarter * (two - quarter);
+        let whole = half * (two - half);
+        whole / (two - whole)
+    }
     /// What a lag has made up after a step of `self` ≥ 0 time constants: of a step of its input, a = 1 − e^(−self), and of
     /// a straight rise over the step, 1 − a/self. Both to rounding where `self` is small, which their formulas are not.
     #[inline(always)]

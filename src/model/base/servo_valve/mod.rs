@@ -616,12 +616,13 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
     #[inline(always)]
     fn shown(&self, ports: &P, state: &[R], input: &Input<R>, with_flow: bool) -> Shown<R> {
         let path = self.path(ports, state, input, with_flow);
+        let seen = ports.seen(state, path.spool, input.time);
         let zero = R::constant(0.0);
         let mut outputs = Outputs::all(zero);
         if self.observes[Output::Spool] {
             outputs[Output::Spool] = match self.spool_gain {
-                Some(gain) => gain * path.spool,
-                None => path.spool,
+                Some(gain) => gain * seen,
+                None => seen,
             };
         }
         if self.observes[Output::Flow] {
@@ -632,8 +633,8 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 Some(_) if self.actuator.is_some() => state[2],
                 Some(_) => state[0],
                 None => match self.position_scale {
-                    Some([gain, zero]) => gain * path.spool + zero,
-                    None => path.spool,
+                    Some([gain, zero]) => gain * seen + zero,
+                    None => seen,
                 },
             };
         }

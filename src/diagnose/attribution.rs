@@ -157,7 +157,7 @@ impl<'a, 'b> Selection<'a, 'b> {
 
     /// Adds effects to `base` until nothing more is significant.
     pub(super) fn run(mut self, base: &Model) -> Result<Sought> {
-        let (mut model, mut order) = self.grown(base, base.clone(), Vec::new())?;
+        let (mut model, mut order) = self.grown(base, base.clone(), Vec::new(), None)?;
         if let Some(noise) = self.quieter {
             return Ok(Sought::Quieter(noise));
         }
@@ -196,12 +196,14 @@ impl<'a, 'b> Selection<'a, 'b> {
         })))
     }
 
-    /// `model`, which is `base` with the effects in `order`, with as many more as are significant.
+    /// `model`, which is `base` with the effects in `order`, with as many more as are significant; no more than one where that does not
+    /// lead below the held-out cost of a `rival`.
     fn grown(
         &mut self,
         base: &Model,
         mut model: Model,
         mut order: Vec<Effect>,
+        rival: Option<&Model>,
     ) -> Result<(Model, Vec<Effect>)> {
         let new = |model: &Model, order: &[Effect]| -> Vec<Effect> {
             let has = |effect: &&Effect| {
@@ -232,6 +234,9 @@ impl<'a, 'b> Selection<'a, 'b> {
             model = next;
             if from_the_base && let Some(noise) = self.evidence.quieter(&model) {
                 self.quieter = Some(noise);
+                break;
+            }
+            if rival.is_some_and(|rival| model.loss(Side::HoldOut) >= rival.loss(Side::HoldOut)) {
                 break;
             }
             while !suffices && exchanges < EXCHANGES && self.stage.goes_on() {
@@ -269,8 +274,8 @@ impl<'a, 'b> Selection<'a, 'b> {
         given.copied().collect()
     }
 
-    /// Where the rows did not tell which of the `causes` was to be the first effect of the `order`, the others that it was tied with
-    /// begin as well: one that leads to a complete model, or surely to a better one, takes the place of `model`, which is not.
+    /// Others of the `causes` than the first effect of the `order` begin as well, those that it was tied with first: one that leads to a
+    /// complete model, or surely to a better one, takes the place of `model`, which is not. What takes most alone may be neither of two.
     fn begin_otherwise(
         &mut self,
         base: &Model,
@@ -287,14 +292,21 @@ impl<'a, 'b> Selection<'a, 'b> {
         let Some(first) = first.filter(|_| self.max_effects > 1) else {
             return Ok(());
         };
-        causes.retain(|(_, one)| self.evidence.same(&first, one) && self.worth(beneath, one));
-        for (effect, start) in other_beginnings(causes, order) {
-            if !self.stage.goes_on() {
+        causes.retain(|(_, one)| self.worth(beneath, one));
+        let (tied, others): (Vec<_>, Vec<_>) = causes
+            .into_iter()
+            .partition(|(_, one)| self.evidence.same(&first, one));
+        let tied = other_beginnings(tied, order).map(|one| (one, true));
+        let others = other_beginnings(others, order).map(|one| (one, false));
+        for ((effect, start), tied) in tied.chain(others) {
+            if !self.stage.goes_on() || self.evidence.is_followed_by(model) {
                 break;
             }
             let noted = self.considered.len();
             let begun = [&given[..], &[effect]].concat();
-            let (other, effects) = self.grown(base, start, begun)?;
+            let rival = model.clone();
+            let rival = (!tied).then_some(&rival);
+            let (other, effects) = self.grown(base, start, begun, rival)?;
             if !self.evidence.is_followed_by(&other) && !self.evidence.outdoes(&other, model) {
                 self.considered.truncate(noted);
                 continue;
@@ -338,7 +350,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             }
             let noted = self.considered.len();
             let begun = [&given[..], &[effect]].concat();
-            let (other, effects) = self.grown(base, start, begun)?;
+            let (other, effects) = self.grown(base, start, begun, None)?;
             self.considered.truncate(noted);
             // Beside the first it stands for what came later; and it may have been exchanged itself.
             let instead =

@@ -8,6 +8,7 @@ use super::measurements::{Measurements, starts};
 use super::preference::{plainly_differ, surely_differ};
 use super::simulation::{Compared, residual_in_all_rows};
 use super::statistics::compare::Comparison;
+use super::verdict::NEAR;
 use crate::Result;
 use crate::evaluate::problem::Data;
 use crate::evaluate::{Fingerprint, Problem, reference};
@@ -150,7 +151,7 @@ pub(super) fn complete_other_way(
 /// Whether with the `other` of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all
 /// of them do as it was taken, each after a few steps on the rows on which effects are sought. What was added to those may make up
 /// for the wrong of the two: they say more than a result. The fitted rows may be too slow to tell: where the one that follows them best
-/// does not do worse there with the other, it is what that makes of the rows held out.
+/// does so nearly to the noise, and no worse with the other, it is what that makes of the rows held out.
 pub(super) fn come_closer(
     evidence: &Evidence,
     other: Hold,
@@ -170,6 +171,7 @@ pub(super) fn come_closer(
     };
     let by_fit = |a: &&Model, b: &&Model| a.loss(Side::Fit).total_cmp(&b.loss(Side::Fit));
     let best = causes.iter().map(|(_, model)| model).min_by(by_fit);
+    let best = best.filter(|best| best.loss(Side::Fit).sqrt() < NEAR);
     let goes_on_closer = |best: &Model| {
         let mut problem = best.problem.clone();
         problem.structure.hold = other;

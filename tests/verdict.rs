@@ -228,8 +228,10 @@ type OfAForm = (
     &'static [(&'static str, f64)],
 );
 
+/// Every second one of them, where there is no time for all.
 fn assert_told(forms: &[OfAForm]) {
-    for (planted, asked, effect, values) in forms {
+    let every = if soak() { 1 } else { 2 };
+    for (planted, asked, effect, values) in forms.iter().step_by(every) {
         let folder = tempfile::tempdir().unwrap();
         let (report, printed) = identified(folder.path(), planted, asked);
         assert_eq!(report["verdict"], "found", "{printed}");

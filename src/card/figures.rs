@@ -10,6 +10,7 @@ use super::step::Step;
 use super::threshold::threshold;
 use crate::evaluate::Problem;
 use crate::model::effects::Host;
+use crate::model::valve::{LEAKAGE_AREA, OPENING_OFFSET};
 use crate::model::{Output, Structure};
 
 /// Everything that is done with a valve on the bench.
@@ -399,7 +400,7 @@ impl Conditions {
             moves: bench.actuator().is_some(),
             is_servo_valve: bench.is_servo_valve(),
             reach: bench.reach(),
-            leaks: ["leakage_area", "leakage", "opening_offset"]
+            leaks: [LEAKAGE_AREA, "leakage", OPENING_OFFSET]
                 .into_iter()
                 .any(fitted)
                 || problem.structure.observes(Output::ReturnFlow),

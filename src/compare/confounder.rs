@@ -3,6 +3,7 @@
 use crate::diagnose::Conditions;
 use crate::model::Output;
 use crate::model::Structure;
+use crate::model::effects::Effect;
 use crate::model::valve::Drop;
 use crate::record::{Channel, Record};
 use crate::{Error, Result};
@@ -70,9 +71,7 @@ pub(super) fn confounders(
         .valve()
         .is_some_and(|valve| valve.drop != Drop::Rated);
     let effects = &structure.effects;
-    let follows_heat = effects
-        .iter()
-        .any(|effect| effect.entry.name == "viscosity_drift");
+    let follows_heat = effects.iter().any(Effect::follows_heat);
     let confounder = |condition, means: [Option<f64>; 2], within: f64, follows: bool| {
         let same = match means {
             [Some(before), Some(after)] => f64::abs(after - before) <= within,

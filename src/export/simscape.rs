@@ -4,7 +4,7 @@ use super::Model;
 use crate::model::edges::edge_name;
 use crate::model::effects::Port;
 use crate::model::orifice::{CRITICAL_REYNOLDS, LAMINAR_RATIO, Transition};
-use crate::model::valve::{AreaLaw, Drop, Meter, Orifices, ValveForm};
+use crate::model::valve::{AreaLaw, Drop, LEAKAGE_AREA, Meter, Orifices, ValveForm};
 use crate::model::{Hold, Initial, Output, Parameter, Polarity};
 use std::fmt::Write;
 
@@ -201,7 +201,7 @@ fn valve(model: &Model, form: &ValveForm) -> String {
     );
     put(
         "A_leak",
-        &format!("{:?}", of("leakage_area")),
+        &format!("{:?}", of(LEAKAGE_AREA)),
         "Leakage area, cm^2",
     );
     put("A_leak_unit", "cm^2", "its unit");

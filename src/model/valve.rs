@@ -22,6 +22,10 @@ pub const VISCOSITY: &str = "viscosity";
 pub const RATED_DROP: &str = "rated_drop";
 /// Area at full opening, cm2.
 pub const MAX_AREA: &str = "max_area";
+/// The parameter that is the area of a closed edge.
+pub const LEAKAGE_AREA: &str = "leakage_area";
+/// The parameter that is the opening at the spool's zero.
+pub const OPENING_OFFSET: &str = "opening_offset";
 
 /// The parameter that is the area at opening `number` of a table, cm2.
 pub fn area_name(number: usize) -> String {
@@ -180,9 +184,9 @@ impl<R: Real> Valve<R> {
         let density = take(&|| linear(DENSITY, "kg/m3", 700.0, 850.0, 1200.0).fixed());
         let viscosity = take(&|| Parameter::log(VISCOSITY, "cSt", 1.0, 18.0, 1000.0).fixed());
         let viscosity = viscosity * R::constant(SQUARE_METRES_PER_SECOND_PER_CENTISTOKES);
-        let leakage = take(&|| Parameter::log("leakage_area", "cm2", 1e-8, 1e-8, 1e-3).fixed());
+        let leakage = take(&|| Parameter::log(LEAKAGE_AREA, "cm2", 1e-8, 1e-8, 1e-3).fixed());
         let leakage = (leakage * square_metres).named("leakage");
-        let offset = take(&|| linear("opening_offset", "%", -20.0, 0.0, 20.0).fixed());
+        let offset = take(&|| linear(OPENING_OFFSET, "%", -20.0, 0.0, 20.0).fixed());
         let rated_drop = (form.drop == Drop::Rated)
             .then(|| take(&|| linear(RATED_DROP, "bar", 1.0, 10.0, 400.0).fixed()));
         let orifice = Orifice::new(form.transition, discharge, density, viscosity);

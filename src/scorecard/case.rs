@@ -7,6 +7,7 @@ use crate::Result;
 use crate::diagnose::{Cut, Fitted, IdentificationProblem, Identified, Options, Place, identify};
 use crate::evaluate::{CpuEvaluator, Evaluator, Interrupt, Memory, Precision};
 use crate::model::Output;
+use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
 use crate::model::effects::{CATALOGUE, Effect};
 use crate::record::Record;
 use crate::search::Plan;
@@ -335,9 +336,9 @@ fn covered(setup: &Setup, known: &[String], identified: &Identified) -> [Option<
         _ => None,
     };
     let truths = [
-        Some(("gain".into(), valve.gain)),
-        Some(("time_constant".into(), valve.time_constant)),
-        Some(("saturation".into(), valve.saturation)),
+        Some((GAIN.into(), valve.gain)),
+        Some((TIME_CONSTANT.into(), valve.time_constant)),
+        Some((SATURATION.into(), valve.saturation)),
         main,
     ];
     let fit = &identified.after.fit;

@@ -5,6 +5,7 @@ use crate::Result;
 use crate::diagnose::{Compared, Cut, Measurements, errors};
 use crate::evaluate::problem::Data;
 use crate::evaluate::{Problem, parameters_for, reference, structure_for};
+use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
 use crate::model::{Output, Outputs, Parameter};
 use crate::record::Channel;
 use crate::search::polish::{PolishOptions, polish};
@@ -374,9 +375,9 @@ impl Base {
         let valve = setup.valve;
         Self {
             known: [
-                ("gain", valve.gain),
-                ("time_constant", valve.time_constant),
-                ("saturation", valve.saturation),
+                (GAIN, valve.gain),
+                (TIME_CONSTANT, valve.time_constant),
+                (SATURATION, valve.saturation),
             ],
             last: None,
         }
@@ -410,7 +411,7 @@ impl Base {
         let truth = problem.start();
         let mut starts = vec![truth.clone(), truth];
         for (parameter, value) in free.iter().zip(&mut starts[1]) {
-            if parameter.name == "saturation" {
+            if parameter.name == SATURATION {
                 *value = parameter.clamp(*value / 5.0);
             }
         }
@@ -439,7 +440,7 @@ impl Base {
         let known = self.known.iter().find(|known| known.0 == parameter.name);
         if let Some(&(name, value)) = known {
             // Only these two decide how fine the steps must be.
-            if name != "saturation" {
+            if name != SATURATION {
                 parameter.low = parameter.low.max(value / NEAR);
                 parameter.high = parameter.high.min(value * NEAR);
             }

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::evaluate::problem::{DEGREES_PER_DECIBEL, Data, Problem, Sample, Series, Stream, Tone};
 use crate::evaluate::reference;
-use crate::model::valve::{Meter, ValveForm};
+use crate::model::valve::{LEAKAGE_AREA, Meter, ValveForm};
 use crate::model::{Complete, Initial, Input, Output, Outputs, Parameter, Structure};
 use crate::record::{FlowCurve, ResponseCurve, ResponsePoint, StepCurve, cases};
 
@@ -393,7 +393,7 @@ fn d675_flow() -> Sheet {
         .problem
         .parameters
         .iter_mut()
-        .find(|p| p.name == "leakage_area");
+        .find(|p| p.name == LEAKAGE_AREA);
     leakage
         .expect("a valve has a leakage area")
         .set_fixed(false);
@@ -474,6 +474,6 @@ fn kbfdg5v() -> Sheet {
         .zip(cases::KBFDG5V_AREA_START)
         .collect();
     sheet.start_at(&start);
-    sheet.start_at(&[("leakage_area", cases::KBFDG5V_AREA_LEAK * 1e4)]);
+    sheet.start_at(&[(LEAKAGE_AREA, cases::KBFDG5V_AREA_LEAK * 1e4)]);
     sheet
 }

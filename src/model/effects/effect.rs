@@ -102,6 +102,22 @@ impl Effect {
         self.simplest().0.seen(&own, 2.0, 1.0) != 2.0
     }
 
+    /// Whether a flow goes with the measured temperature for it.
+    pub(crate) fn follows_heat(&self) -> bool {
+        let action = self.simplest().0;
+        let at = |temperature| {
+            let moment = Moment::of(&Input::default());
+            action.flow(
+                1.0,
+                &Moment {
+                    temperature,
+                    ..moment
+                },
+            )
+        };
+        at(20.0) != at(60.0)
+    }
+
     /// Whether it is that something shows, or is commanded, where there is nothing, and no more than that.
     pub(crate) fn is_a_zero(&self) -> bool {
         let (action, parameters) = self.simplest();
@@ -263,6 +279,7 @@ mod tests {
         assert_eq!(named(Effect::is_a_zero), ["null_bias", "sensor_offset"]);
         assert_eq!(named(Effect::is_a_lag), ["compressibility", "sensor_lag"]);
         assert_eq!(named(Effect::is_a_gain), ["dc_gain"]);
+        assert_eq!(named(Effect::follows_heat), ["viscosity_drift"]);
         let shown = ["hysteresis~transducer", "null_bias~transducer"];
         assert_eq!(named(Effect::is_shown_by_its_loop), shown);
     }

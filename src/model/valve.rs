@@ -23,9 +23,9 @@ pub const RATED_DROP: &str = "rated_drop";
 /// Area at full opening, cm2.
 pub const MAX_AREA: &str = "max_area";
 /// The parameter that is the area of a closed edge.
-pub const LEAKAGE_AREA: &str = "leakage_area";
+pub(crate) const LEAKAGE_AREA: &str = "leakage_area";
 /// The parameter that is the opening at the spool's zero.
-pub const OPENING_OFFSET: &str = "opening_offset";
+pub(crate) const OPENING_OFFSET: &str = "opening_offset";
 
 /// The parameter that is the area at opening `number` of a table, cm2.
 pub fn area_name(number: usize) -> String {

@@ -304,8 +304,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             }
             let noted = self.considered.len();
             let begun = [&given[..], &[effect]].concat();
-            let rival = model.clone();
-            let rival = (!tied).then_some(&rival);
+            let rival = (!tied).then_some(&*model);
             let (other, effects) = self.grown(base, start, begun, rival)?;
             if !self.evidence.is_followed_by(&other) && !self.evidence.outdoes(&other, model) {
                 self.considered.truncate(noted);

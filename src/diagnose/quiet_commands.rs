@@ -13,6 +13,7 @@ const COUNTS: f64 = 0.1;
 /// Standard error from which on the share of the noise that the valve got is not known. Most valves then get none of it: what a
 /// logger adds is seldom beside what a generator does.
 const UNKNOWN: f64 = 0.5;
+
 /// `problem` with its noisy commands smoothed, where their noise counts in what `fitted` gives, and the measured valve does not
 /// show that it got the noise; otherwise `None`.
 pub(super) fn with_quiet_commands(

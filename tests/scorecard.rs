@@ -20,10 +20,10 @@ fn a_plan_has_every_effect_and_a_larger_one_has_the_same_cases_and_more() {
     let cases = Plan::default().cases().unwrap();
     let count = |group: Group| cases.iter().filter(|case| case.group == group).count();
     assert_eq!(count(Group::Null), 200);
-    assert_eq!(count(Group::Single), 3 * 4 * (25 + 2 * 4));
+    assert_eq!(count(Group::Single), 3 * 4 * (26 + 2 * 4));
     assert_eq!(count(Group::Pairs), 60);
     assert_eq!(count(Group::Outsiders), 5 * 22);
-    assert_eq!(count(Group::LeftOut), 25 + 2 * 4);
+    assert_eq!(count(Group::LeftOut), 26 + 2 * 4);
     let readme = include_str!("../README.md");
     let said = format!("# {} records, seed 1", cases.len());
     assert!(readme.contains(&said), "{said}");
@@ -53,7 +53,7 @@ fn a_plan_has_every_effect_and_a_larger_one_has_the_same_cases_and_more() {
         .collect();
     assert_eq!(kinds.len(), few.len());
     let more = plan(&[Group::Single], 1.5).cases().unwrap();
-    assert_eq!(more.len(), 3 * 6 * (25 + 2 * 4));
+    assert_eq!(more.len(), 3 * 6 * (26 + 2 * 4));
 }
 
 #[test]

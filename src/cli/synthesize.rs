@@ -7,7 +7,7 @@ use servobee::record::Channel;
 use servobee::report::OutputFile;
 use servobee::simulator::{
     Command, Kind, Meter, Noise, Oddity, Outsider, Planted, Quantisation, Setup, SpoolUnit,
-    Strength, Valve,
+    Strength, Supply, Valve,
 };
 use std::path::{Path, PathBuf};
 
@@ -58,6 +58,9 @@ pub(super) struct Arguments {
     /// Where the flow is measured: between A and B, or in the pressure line, where leakage shows
     #[arg(long, value_enum, value_name = "load|supply", default_value_t = Place::Load)]
     meter: Place,
+    /// What feeds the valve: a constant pressure drop, or a pump whose pressure gives way and is measured
+    #[arg(long, value_enum, value_name = "constant|measured", default_value_t = Fed::Constant)]
+    supply: Fed,
     /// Measure the spool alone
     #[arg(long)]
     no_flow: bool,
@@ -100,6 +103,12 @@ enum Unit {
 enum Place {
     Load,
     Supply,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Fed {
+    Constant,
+    Measured,
 }
 
 /// All effects and outsiders with their units, forms and keys.
@@ -174,6 +183,10 @@ fn setup(arguments: &Arguments) -> Setup {
             Place::Load => Meter::Load,
             Place::Supply => Meter::Supply,
         },
+        supply: match arguments.supply {
+            Fed::Constant => Supply::Constant,
+            Fed::Measured => Supply::Measured,
+        },
         seed: arguments.seed,
         ..Setup::default()
     }
@@ -232,6 +245,7 @@ fn summary(setup: &Setup, strength: &[Strength]) -> String {
 fn channel_unit(setup: &Setup, channel: Channel) -> &'static str {
     match channel {
         Channel::Flow => "L/min",
+        Channel::SupplyPressure => "bar",
         _ => setup.spool_unit.name(),
     }
 }

@@ -12,7 +12,7 @@ use crate::model::effects::{CATALOGUE, Effect};
 use crate::record::Record;
 use crate::search::Plan;
 use crate::simulator::{
-    Command, Form, Kind, Meter, Noise, Planted, Quantisation, Setup, SpoolUnit, Valve,
+    Command, Form, Kind, Meter, Noise, Planted, Quantisation, Setup, SpoolUnit, Supply, Valve,
 };
 use rand::RngExt;
 use rand::seq::IndexedRandom;
@@ -77,6 +77,7 @@ impl Case {
             plain.spool_unit = SpoolUnit::Volt;
         }
         plain.meter = self.subject.meter();
+        plain.supply = self.subject.supply();
         let mut setup = plain.clone();
         let open = match &self.subject {
             Subject::Nothing => Vec::new(),
@@ -302,11 +303,15 @@ fn conditions(setup: &Setup) -> String {
         None => String::new(),
     };
     format!(
-        "K {gain:.1} 1/s T {:.3} ms S {saturation:.3} V {rated_flow:.2} L/min{} {} {:.1} s spool in {} noise {:.2} % {colour}{rounded}",
+        "K {gain:.1} 1/s T {:.3} ms S {saturation:.3} V {rated_flow:.2} L/min{}{} {} {:.1} s spool in {} noise {:.2} % {colour}{rounded}",
         1e3 * time_constant,
         match setup.meter {
             Meter::Load => "",
             Meter::Supply => " in the pressure line",
+        },
+        match setup.supply {
+            Supply::Constant => "",
+            Supply::Measured => " supply measured",
         },
         setup.command,
         setup.seconds,

@@ -3,7 +3,7 @@
 use crate::diagnose::Place;
 use crate::model::effects::Effect;
 use crate::record::Channel;
-use crate::simulator::{Form, Kind, Meter, Oddity};
+use crate::simulator::{Form, Kind, Meter, Oddity, Supply};
 use crate::{Error, Result};
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -195,6 +195,17 @@ impl Subject {
                 meters.max().unwrap_or_default()
             }
             Self::Nothing | Self::Outsider(_) => Meter::default(),
+        }
+    }
+
+    /// What has to feed the valve for all of it to show.
+    pub(super) fn supply(&self) -> Supply {
+        match self {
+            Self::Effects(effects) => {
+                let supplies = effects.iter().map(|effect| effect.kind.supply());
+                supplies.max().unwrap_or_default()
+            }
+            Self::Nothing | Self::Outsider(_) => Supply::default(),
         }
     }
 

@@ -187,6 +187,7 @@ impl Open {
             Kind::CommandLag => Dial::rising(0.003, 0.1),
             Kind::CommandHum => Dial::rising(0.1, 3.0),
             Kind::FeedForward => Dial::rising(0.003, 0.1),
+            Kind::PilotSupply => Dial::rising(0.5, 1.5),
             Kind::IntegralAction => Dial::rising(12.0, 0.15 * valve.gain),
             Kind::FeedbackCurvature => Dial::rising(0.2, 1.5).signed(rng),
             // Below the loop's own frequency the loop is not stable, and with a damping above 1 nothing rings.

@@ -1,7 +1,7 @@
 //! From the spool to the flow: opening, supply, leakage, line and oil.
 
 use super::filter::{Lag, PolePair, runge_kutta};
-use super::meter::Meter;
+use super::meter::{Meter, Supply};
 use super::outsider::{self, CREEP_LAG, Oddity, Outsider, strength};
 use super::planted::{Drift, Form, Kind, Planted, find, value};
 use super::valve::{FULL_SCALE, RATED_DROP, Valve};
@@ -69,6 +69,18 @@ struct Droop {
 }
 
 impl Droop {
+    /// The supply whose pressure is measured.
+    fn measured(rated: f64) -> Self {
+        Self {
+            resistance: 0.4 * RATED_DROP / rated,
+            turbulent: false,
+            felt: Lag::new(0.05),
+            lag: 0.05,
+            pump: f64::INFINITY,
+            gas: None,
+        }
+    }
+
     fn planted(planted: &[Planted]) -> Option<Self> {
         let forms = [
             Form::Usual,
@@ -309,7 +321,7 @@ impl Flow {
     /// The flow in equilibrium with the spool at `position` V.
     pub(super) fn new(
         valve: Valve,
-        meter: Meter,
+        (meter, supply): (Meter, Supply),
         planted: &[Planted],
         outsiders: &[Outsider],
         position: f64,
@@ -322,7 +334,10 @@ impl Flow {
             opening: Opening::planted(planted),
             meter,
             leak: Leak::planted(planted),
-            droop: Droop::planted(planted),
+            droop: match supply {
+                Supply::Measured => Some(Droop::measured(valve.rated_flow)),
+                Supply::Constant => Droop::planted(planted),
+            },
             fill: usual(Kind::Compressibility).map(|p| Lag::new(p.value)),
             line: usual(Kind::LineResonance).or(side_line).map(line),
             line_share: side_line.map_or(1.0, |p| p.key("share").unwrap_or(1.0)),

@@ -36,7 +36,7 @@ mod spool;
 mod valve;
 
 pub use command::Command;
-pub use meter::Meter;
+pub use meter::{Meter, Supply};
 pub use noise::{Noise, Quantisation};
 pub use outsider::{Oddity, Outsider};
 pub use planted::{Form, Kind, Planted};
@@ -109,6 +109,8 @@ pub struct Setup {
     pub flow: bool,
     /// Where it is.
     pub meter: Meter,
+    /// What feeds the valve.
+    pub supply: Supply,
     /// The longest integration step, s.
     pub step: f64,
     /// Seed of command, noise, and whatever else is drawn.
@@ -131,6 +133,7 @@ impl Default for Setup {
             spool_unit: SpoolUnit::Volt,
             flow: true,
             meter: Meter::Load,
+            supply: Supply::Constant,
             step: 20e-6,
             seed: 1,
         }
@@ -148,6 +151,8 @@ pub struct Simulation {
     pub spool: Vec<f64>,
     /// L/min.
     pub flow: Vec<f64>,
+    /// The pressure drop from P to T, bar; of use where it is measured.
+    pub supply: Vec<f64>,
     /// degC, where the oil warms up.
     pub temperature: Option<Vec<f64>>,
 }
@@ -174,6 +179,8 @@ impl Setup {
         let flow = (Channel::Flow, "L/min", self.valve.rated_flow);
         let mut channels = vec![spool];
         channels.extend(self.flow.then_some(flow));
+        let supply = (Channel::SupplyPressure, "bar", RATED_DROP);
+        channels.extend((self.supply == Supply::Measured).then_some(supply));
         channels
     }
 
@@ -252,6 +259,7 @@ impl Setup {
                 );
             }
         }
+        self.check_supply()?;
         for (index, outsider) in self.outsiders.iter().enumerate() {
             outsider.check()?;
             if self.outsiders[..index]
@@ -261,6 +269,26 @@ impl Setup {
                 let place = format!("outsider {outsider}");
                 return refuse(&place, "is planted already".into(), "plant it once");
             }
+        }
+        Ok(())
+    }
+
+    /// # Errors
+    /// An effect that shows by the supply's pressure alone where that is not measured, or one on it where it is.
+    fn check_supply(&self) -> Result<()> {
+        for planted in &self.planted {
+            let (problem, remedy) = match (planted.effect, self.supply) {
+                (effect, supply) if supply < effect.supply() => (
+                    "nothing shows it where the supply's pressure stands still",
+                    "let it give way and measure it: --supply measured",
+                ),
+                (Kind::SupplyDroop, Supply::Measured) => (
+                    "nothing of it is left where the supply's pressure is measured",
+                    "leave --supply measured away",
+                ),
+                _ => continue,
+            };
+            return Err(Error::input(format!("effect {planted}"), problem, remedy));
         }
         Ok(())
     }
@@ -308,7 +336,13 @@ impl Setup {
         let rest = electronics.step(sent[0], self.step)[0] + pickup.at(0.0);
         let mut spool = Spool::new(self.valve, planted, outsiders, rest);
         let mut seen = Seen::new(planted, outsiders, rest);
-        let mut flow = Flow::new(self.valve, self.meter, planted, outsiders, seen.position);
+        let mut flow = Flow::new(
+            self.valve,
+            (self.meter, self.supply),
+            planted,
+            outsiders,
+            seen.position,
+        );
         let mut rng = random(self.seed, Stream::Sensors);
         let mut sensor = |channel, scale, value| {
             Sensor::new(channel, planted, outsiders, scale, value, &mut rng)
@@ -324,6 +358,7 @@ impl Setup {
             command: asked,
             spool: Vec::with_capacity(rows),
             flow: Vec::with_capacity(rows),
+            supply: Vec::with_capacity(rows),
             temperature: None,
         };
         let run_in = (RUN_IN * self.rate).ceil() as usize;
@@ -334,6 +369,7 @@ impl Setup {
             if tick >= run_in {
                 simulation.spool.push(spool_sensor.read(start, rate[row]));
                 simulation.flow.push(flow_sensor.read(start, rate[row]));
+                simulation.supply.push(flow.drop() * RATED_DROP);
             }
             let mut passed = 0.0;
             for piece in &pieces {
@@ -453,9 +489,10 @@ impl Setup {
 }
 
 impl Simulation {
-    /// The values of the spool or of the flow.
+    /// The values of a channel that is measured.
     fn channel(&self, channel: Channel) -> &[f64] {
         match channel {
+            Channel::SupplyPressure => &self.supply,
             Channel::Flow => &self.flow,
             _ => &self.spool,
         }

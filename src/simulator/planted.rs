@@ -1,6 +1,6 @@
 //! Which effects are planted, and how they are written.
 
-use super::meter::Meter;
+use super::meter::{Meter, Supply};
 use crate::record::Channel;
 use crate::{Error, Result};
 use std::fmt::{self, Display, Formatter};
@@ -30,6 +30,8 @@ pub enum Kind {
     FeedbackCurvature,
     /// v'' + 2 D ω v' + ω² v = ω² K sat(u − x), x' = v, with D = ω T / 2 of the valve's lag T, in whose place it is. \[Hz\]
     SpoolResonance,
+    /// The drive follows the root of the measured supply: it has a share s of √(Δp / Δp_rated) − 1 more. \[1\]
+    PilotSupply,
     /// The loop's controller integrates, too: its drive is sat(u − x) + r ∫ sat(u − x) dt, r its value. \[1/s\]
     IntegralAction,
     /// |x'| ≤ v, a bound on the velocity as a state. \[V/s\]
@@ -259,7 +261,7 @@ struct Entry {
 
 impl Kind {
     /// All of them, in the order in which they act.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 30] = [
         Self::Delay,
         Self::DeadBand,
         Self::DcGain,
@@ -270,6 +272,7 @@ impl Kind {
         Self::FeedForward,
         Self::FeedbackCurvature,
         Self::SpoolResonance,
+        Self::PilotSupply,
         Self::IntegralAction,
         Self::SlewLimit,
         Self::Friction,
@@ -317,6 +320,7 @@ impl Kind {
                 &[], &[("square", 0.0, USUAL)]),
             Self::SpoolResonance => entry("spool_resonance", "Hz", "spool", (1.0, 2000.0), 60.0,
                 &[Form::Lagged], &[("damping", 0.4, &[Form::Lagged])]),
+            Self::PilotSupply => entry("pilot_supply", "1", "spool", (0.0, 2.0), 1.0, &[], &[]),
             Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0,
                 &[Form::Windup, Form::Tracking, Form::Clamping, Form::Limited],
                 &[("tracking", 60.0, &[Form::Tracking]), ("limit", 0.5, &[Form::Limited])]),
@@ -421,6 +425,14 @@ impl Kind {
         match self {
             Self::Leakage => Meter::Supply,
             _ => Meter::Load,
+        }
+    }
+
+    /// What has to feed the valve for it to show.
+    pub fn supply(self) -> Supply {
+        match self {
+            Self::PilotSupply => Supply::Measured,
+            _ => Supply::Constant,
         }
     }
 
@@ -709,6 +721,14 @@ impl Meter {
     pub fn that_shows(planted: &[Planted]) -> Self {
         let meters = planted.iter().map(|one| one.effect.meter());
         meters.max().unwrap_or_default()
+    }
+}
+
+impl Supply {
+    /// What all of these effects show with.
+    pub fn that_shows(planted: &[Planted]) -> Self {
+        let supplies = planted.iter().map(|one| one.effect.supply());
+        supplies.max().unwrap_or_default()
     }
 }
 

@@ -33,6 +33,7 @@ pub(super) struct Spool {
     detent: f64,
     spring_preload: f64,
     torque_limit: f64,
+    pilot_supply: f64,
     feed_forward: f64,
     integral_action: f64,
     /// By what share of K an integrator leaks, and where to, V.
@@ -416,6 +417,7 @@ impl Spool {
             detent: strength(outsiders, Oddity::Detent),
             spring_preload: strength(outsiders, Oddity::SpringPreload),
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
+            pilot_supply: value(planted, Kind::PilotSupply),
             feed_forward: value(planted, Kind::FeedForward),
             integral_action: value(planted, Kind::IntegralAction),
             leak: find(planted, Kind::DcGain, Form::Leaking).map_or((0.0, 0.0), |p| {
@@ -743,7 +745,8 @@ impl Spool {
                 }
                 let gain = self.valve.gain
                     * outsider::amplitude_gain(self.amplitude_gain, x)
-                    * (1.0 + self.asymmetry * drive.signum());
+                    * (1.0 + self.asymmetry * drive.signum())
+                    * (1.0 + self.pilot_supply * (drop.sqrt() - 1.0));
                 let proportional = gain * drive;
                 let driven = late.unwrap_or(proportional + self.after_limit(integral));
                 let (leak, zero) = self.leak;

@@ -5,7 +5,7 @@ use servobee::evaluate::problem::Series;
 use servobee::evaluate::simulate::outputs;
 use servobee::model::effects::view::{Excitation, Over, Values, View};
 use servobee::model::effects::{Effect, Entry, Scale};
-use servobee::model::valve::{Meter, ValveForm};
+use servobee::model::valve::{Drop, Meter, ValveForm};
 use servobee::model::{Complete, Output, Outputs, Parameter, ServoValve, Structure};
 use servobee::record::{self, Channel, Record};
 use std::f64::consts::TAU;
@@ -78,12 +78,18 @@ pub(super) struct Signature {
 }
 
 /// The structures that effects are shown on: spool, flow and position of a piston; and the same with the flow measured in the
-/// pressure line, for what shows there alone.
-fn benches() -> [Structure; 2] {
-    [Meter::Load, Meter::Supply].map(|meter| Structure {
+/// pressure line, or with a measured supply, for what shows there alone.
+fn benches() -> [Structure; 3] {
+    [
+        (Meter::Load, Drop::Rated),
+        (Meter::Supply, Drop::Rated),
+        (Meter::Load, Drop::Supply),
+    ]
+    .map(|(meter, drop)| Structure {
         observed: vec![Output::Spool, Output::Flow, Output::Position],
         base: ServoValve::with(ValveForm {
             meter,
+            drop,
             ..ValveForm::linear()
         })
         .into(),
@@ -93,9 +99,12 @@ fn benches() -> [Structure; 2] {
 
 /// The first of them on which `entry` acts.
 fn bench(entry: &'static Entry) -> Structure {
-    let [usual, other] = benches();
+    let [usual, others @ ..] = benches();
+    let mut others = others.into_iter();
     match entry.on(&usual).is_empty() {
-        true => other,
+        true => others
+            .find(|one| !entry.on(one).is_empty())
+            .unwrap_or(usual),
         false => usual,
     }
 }
@@ -107,7 +116,7 @@ pub(super) fn forms(entry: &'static Entry) -> Vec<Effect> {
 
 /// How large things are on a record of so many seconds; a disturbance would be mains hum.
 pub(super) fn scale(seconds: f64) -> Scale {
-    let [structure, _] = benches();
+    let [structure, ..] = benches();
     Scale {
         command: FULL_SCALE,
         command_unit: structure.command_unit.clone(),
@@ -138,9 +147,15 @@ impl Bench {
     fn new(effect: Effect, command: Excitation) -> Result<Self> {
         let rows = (seconds(command) * RATE).round() as usize + 1;
         let time: Vec<f64> = (0..rows).map(|row| row as f64 / RATE).collect();
-        let volts = time.iter().map(|&time| at(command, time)).collect();
-        let channel = (Channel::Command, record::Series::new("V", volts));
-        let record = Record::new("bench", time, [channel])?;
+        let volts: Vec<f64> = time.iter().map(|&time| at(command, time)).collect();
+        // The supply gives way as the valve opens.
+        let pressure = |volts: &f64| 10.0 * (1.0 - 0.4 * volts.abs() / FULL_SCALE);
+        let bar = volts.iter().map(pressure).collect();
+        let channels = [
+            (Channel::Command, record::Series::new("V", volts)),
+            (Channel::SupplyPressure, record::Series::new("bar", bar)),
+        ];
+        let record = Record::new("bench", time, channels)?;
         let bare = bench(effect.entry);
         let structure = bare.with(effect);
         let mut series = Series::to_simulate(&record, &structure)?;

@@ -47,6 +47,8 @@ pub struct Motion<R> {
     pub slip_direction: R,
     /// The opening of the valve times the pressure drop over the reference one, where [`Act::feels_load`] asks for it.
     pub load: R,
+    /// The pressure drop from P to T, bar, where that is asked for.
+    pub drop: R,
 }
 
 /// Where in an integration step something is asked for.
@@ -143,7 +145,7 @@ pub trait Act<R: Real> {
         false
     }
 
-    /// Whether [`Motion::load`] counts; it is zero where nothing needs it.
+    /// Whether [`Motion::load`] and [`Motion::drop`] count; they are zero where nothing needs them.
     fn feels_load(&self) -> bool {
         true
     }

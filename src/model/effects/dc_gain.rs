@@ -288,6 +288,7 @@ mod tests {
             speed,
             slip_direction: 0.0,
             load: 0.0,
+            drop: 0.0,
         };
         // 80 % of the way from 2 V to 7 V.
         assert!(effect.drive(&[], 100.0 * (7.0 - 6.0), &at(6.0, 0.0)).abs() < 1e-9);

@@ -24,7 +24,7 @@ pub struct Scale {
     pub temperature: bool,
     /// Whether the supply pressure is measured.
     pub pressure: bool,
-    /// Rated pressure drop from P to T, bar.
+    /// Rated pressure drop from P to T, or the mean of what is measured, bar.
     pub rated_drop: f64,
     /// Largest speed of the spool, command units per second.
     pub speed: f64,

@@ -163,6 +163,7 @@ mod tests {
                 speed: 0.0,
                 slip_direction: 0.0,
                 load: spool,
+                drop: 0.0,
             };
             -effect.drive(&[], 0.0, &motion) / 200.0
         };
@@ -182,6 +183,7 @@ mod tests {
             speed: 0.0,
             slip_direction: 0.0,
             load: 2.0,
+            drop: 0.0,
         };
         assert_eq!(effect.drive(&[], 100.0, &motion), 100.0 - 200.0 * 0.1 * 2.0);
     }
@@ -197,6 +199,7 @@ mod tests {
             speed: 0.0,
             slip_direction: 0.0,
             load: 2.0,
+            drop: 0.0,
         };
         assert_eq!(effect.speed(&[], 300.0, &motion), 300.0 - 0.1 * 2.0 / 0.002);
         assert_eq!(effect.drive(&[], 100.0, &motion), 100.0);

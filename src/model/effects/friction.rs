@@ -279,6 +279,7 @@ mod tests {
             speed,
             slip_direction,
             load: 2.0,
+            drop: 0.0,
         };
         // At rest K (F + F_s) = 60 holds it; at the Stribeck speed K (F + F_s / 2) = 40 brakes it.
         let drive = |drive, speed: f64| effect.drive(&[], drive, &motion(speed, speed));
@@ -306,6 +307,7 @@ mod tests {
             speed,
             slip_direction,
             load: 2.0,
+            drop: 0.0,
         };
         // 0.3 V of lead over T are 100 V/s.
         let effect = behind([0.3, 0.0]);

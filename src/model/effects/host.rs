@@ -102,6 +102,11 @@ pub(super) fn flow_outputs(host: &dyn Host, output: Output) -> bool {
     host.follows_flow(output)
 }
 
+/// Whether a spool moves beside a valve whose supply is measured.
+pub(super) fn moves_a_spool_by_measured_pressure(host: &dyn Host) -> bool {
+    moves_a_spool(host) && host.valve().is_some_and(|valve| valve.drop != Drop::Rated)
+}
+
 pub(super) fn has_a_rated_drop(host: &dyn Host) -> bool {
     host.valve().is_some_and(|valve| valve.drop == Drop::Rated)
 }

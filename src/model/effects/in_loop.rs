@@ -84,6 +84,7 @@ pub(super) mod tests {
         speed: 100.0,
         slip_direction: 0.0,
         load: 0.0,
+        drop: 0.0,
     };
 
     /// What v has come to after each of `times`, s, where w is 100 from time 0 on, in steps of 1 us.

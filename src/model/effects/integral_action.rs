@@ -451,6 +451,7 @@ mod tests {
                 speed: 0.0,
                 slip_direction: 0.0,
                 load: 0.0,
+                drop: 0.0,
             };
             let drive = (40.0 * step * f64::from(k)).cos();
             let mut slope = [0.0];

@@ -183,6 +183,7 @@ mod line_resonance;
 mod null_bias;
 mod overlap;
 mod periodic_disturbance;
+mod pilot_supply;
 mod second_order;
 mod sensor_curvature;
 mod sensor_drift;
@@ -282,6 +283,7 @@ catalogue! {
     dc_gain::DcGainLeaking = LEAKING,
     stroke_limit::StrokeLimitRail = RAIL,
     gain_curvature::GainOfFlowNumber = TANH,
+    pilot_supply::PilotSupply,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

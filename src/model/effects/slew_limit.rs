@@ -600,6 +600,7 @@ mod tests {
         speed: 100.0,
         slip_direction: 0.0,
         load: 2.0,
+        drop: 0.0,
     };
 
     #[test]

@@ -414,6 +414,7 @@ mod tests {
             speed: 0.0,
             slip_direction: 0.0,
             load: 2.0,
+            drop: 0.0,
         }
     }
 

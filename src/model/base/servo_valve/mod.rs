@@ -364,7 +364,7 @@ impl<R: Real> ServoValveEquations<R> {
                         ports.speed(
                             state,
                             speed,
-                            &motion(actuator, state[SPOOL], speed, zero, zero),
+                            &motion(actuator, state[SPOOL], speed, Felt::nothing(), zero),
                         )
                     }
                     None => zero,
@@ -417,25 +417,26 @@ impl<R: Real> ServoValveEquations<R> {
         )
     }
 
-    /// Opening times pressure drop over the reference drop, in the unit of the command.
+    /// What a spool feels of the flow that it lets pass.
     #[inline(always)]
-    fn load(&self, path: &Path<R>) -> R {
-        match &self.valve {
-            None => path.spool,
-            Some(_) => {
-                let opening = path.moment.opening * R::constant(0.01 * self.full_opening);
-                opening * path.moment.relative_drop
-            }
+    fn felt(&self, path: &Path<R>) -> Felt<R> {
+        let opening = path.moment.opening * R::constant(0.01 * self.full_opening);
+        Felt {
+            load: match &self.valve {
+                None => path.spool,
+                Some(_) => opening * path.moment.relative_drop,
+            },
+            drop: path.moment.drop,
         }
     }
 
     /// The same of a spool on which what acts need not feel it.
     #[inline(always)]
-    fn load_that_is_felt<P: Ports<R>>(&self, ports: &P, state: &[R], input: &Input<R>) -> R {
+    fn felt_if_asked<P: Ports<R>>(&self, ports: &P, state: &[R], input: &Input<R>) -> Felt<R> {
         if P::ANYTHING && ports.feels_load() {
-            return self.load(&self.path(ports, state, input, false));
+            return self.felt(&self.path(ports, state, input, false));
         }
-        R::constant(0.0)
+        Felt::nothing()
     }
 
     /// The spool where its drive, with what pulls it, is zero: by the secant method.
@@ -460,8 +461,8 @@ impl<R: Real> ServoValveEquations<R> {
         (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
         // Where something pulls behind the integrator, that leads by as much.
         let zero = R::constant(0.0);
-        let load = self.load(&self.path(ports, state, input, true));
-        let pulled = ports.speed(state, zero, &motion(actuator, spool, zero, load, zero));
+        let felt = self.felt(&self.path(ports, state, input, true));
+        let pulled = ports.speed(state, zero, &motion(actuator, spool, zero, felt, zero));
         state[INTEGRATOR] = spool - actuator.time_constant() * pulled;
     }
 
@@ -488,7 +489,7 @@ impl<R: Real> ServoValveEquations<R> {
                 };
                 let reference = ports.reference(state, input.command, spool, &stage);
                 let (drive, _) = actuator.derivative(spool, spool, reference);
-                let motion = motion(actuator, spool, zero, self.load(&path), zero);
+                let motion = motion(actuator, spool, zero, self.felt(&path), zero);
                 ports.drive(state, drive, &motion) / actuator.gain()
             },
         )
@@ -513,13 +514,31 @@ fn rates<R: Real, P: Ports<R>>(
     actuator.derivative(integrator, spool, reference)
 }
 
-/// How a spool moves that has this `speed` and `load`, where it can stick with this slip direction.
+/// What a spool feels of its valve.
+struct Felt<R> {
+    /// Opening times pressure drop over the reference drop, in the unit of the command.
+    load: R,
+    /// Pressure drop from P to T, bar.
+    drop: R,
+}
+
+impl<R: Real> Felt<R> {
+    #[inline(always)]
+    fn nothing() -> Self {
+        Self {
+            load: R::constant(0.0),
+            drop: R::constant(0.0),
+        }
+    }
+}
+
+/// How a spool moves that has this `speed` and feels this, where it can stick with this slip direction.
 #[inline(always)]
 fn motion<R: Real>(
     actuator: &Actuator<R>,
     spool: R,
     speed: R,
-    load: R,
+    felt: Felt<R>,
     slip_direction: R,
 ) -> Motion<R> {
     Motion {
@@ -528,7 +547,8 @@ fn motion<R: Real>(
         spool,
         speed,
         slip_direction,
-        load,
+        load: felt.load,
+        drop: felt.drop,
     }
 }
 
@@ -594,11 +614,10 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
                 };
                 if let Some(actuator) = &self.actuator {
                     let (drive, speed) = rates(ports, actuator, state, input, stage);
-                    let load = match &path {
-                        Some(path) => self.load(path),
-                        None => R::constant(0.0),
-                    };
-                    let motion = motion(actuator, state[SPOOL], speed, load, stage.slip_direction);
+                    let felt = path
+                        .as_ref()
+                        .map_or(Felt::nothing(), |path| self.felt(path));
+                    let motion = motion(actuator, state[SPOOL], speed, felt, stage.slip_direction);
                     let drive = ports.corrected_drive(drive, actuator.gain(), state[SPOOL], speed);
                     slope[INTEGRATOR] = ports.drive(state, drive, &motion);
                     slope[SPOOL] = ports.followed(state, speed, &motion, slope);
@@ -672,10 +691,10 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             Some(actuator) if ports.sticks() => P::outlined(
                 #[inline(always)]
                 || {
-                    let load = self.load_that_is_felt(ports, state, input);
+                    let felt = self.felt_if_asked(ports, state, input);
                     let stage = Stage::first(input.command, input.time);
                     let (drive, speed) = rates(ports, actuator, state, input, &stage);
-                    let motion = motion(actuator, state[SPOOL], speed, load, zero);
+                    let motion = motion(actuator, state[SPOOL], speed, felt, zero);
                     ports.slip_direction(state, drive, motion)
                 },
             ),
@@ -714,8 +733,8 @@ impl<R: Real, P: Ports<R>> Equations<R, P> for ServoValveEquations<R> {
             &Stage::first(start.command, start.time),
         );
         let (drive, _) = rates(ports, actuator, state, end, &stage);
-        let earlier = self.load_that_is_felt(ports, before, start);
-        let later = self.load_that_is_felt(ports, state, end);
+        let earlier = self.felt_if_asked(ports, before, start);
+        let later = self.felt_if_asked(ports, state, end);
         let began = motion(actuator, before[SPOOL], speed, earlier, slip_direction);
         let rests = motion(actuator, state[SPOOL], zero, later, zero);
         let ended = (state[INTEGRATOR], state[SPOOL]);

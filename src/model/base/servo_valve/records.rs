@@ -293,10 +293,17 @@ pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
         let largest = largest(records, output.channel());
         if largest > 0.0 { largest } else { 1.0 }
     };
-    let rated = structure
+    let mut rated = structure
         .valve()
         .into_iter()
-        .flat_map(ValveForm::parameters);
+        .flat_map(ValveForm::parameters)
+        .filter(|p| p.name == RATED_DROP)
+        .map(|p| p.nominal());
+    let pressure = |channel| mean(series(records, channel).flat_map(|one| &one.values));
+    let measured = pressure(Channel::SupplyPressure) - pressure(Channel::ReturnPressure);
+    let has_pressure = structure
+        .valve()
+        .is_some_and(|valve| valve.drop != Drop::Rated);
     Scale {
         command: structure.full_scale,
         command_unit: structure.command_unit.clone(),
@@ -305,14 +312,11 @@ pub fn scale_of(structure: &Structure, records: &[Record]) -> Scale {
         interval: sampling_interval(records),
         length: records.iter().map(length).fold(0.0, f64::max),
         temperature: series(records, Channel::Temperature).next().is_some(),
-        pressure: structure
-            .valve()
-            .is_some_and(|valve| valve.drop != Drop::Rated),
-        rated_drop: rated
-            .filter(|p| p.name == RATED_DROP)
-            .map(|p| p.nominal())
-            .next()
-            .unwrap_or(10.0),
+        pressure: has_pressure,
+        rated_drop: match has_pressure && measured > 0.0 {
+            true => measured,
+            false => rated.next().unwrap_or(10.0),
+        },
         speed: 20.0 * structure.full_scale,
         lines: Outputs::default(),
     }

@@ -159,17 +159,24 @@ fn a_jump_that_is_answered_in_its_row_tells_that_the_command_is_not_held() {
 }
 
 /// Rows of 2 ms of a spool that `advance` moves by a step, s, for the command at its middle, which goes on between the rows but for its
-/// steps.
-fn generated(noise: f64, mut advance: impl FnMut(f64, f64) -> f64) -> String {
+/// steps; these come with rows where the generator has this `pace` of 1.
+fn generated(noise: f64, pace: f64, mut advance: impl FnMut(f64, f64) -> f64) -> String {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut text = String::from("time [s],command [V],spool [V]\n");
     let mut spool = 0.0;
     for row in 0..4000 {
         let noise = noise * normal(&mut random);
         let time = 0.002 * f64::from(row);
-        writeln!(text, "{time:.3},{:.5},{:.5}", command(time), spool + noise).unwrap();
+        writeln!(
+            text,
+            "{time:.3},{:.5},{:.5}",
+            command(pace * time),
+            spool + noise
+        )
+        .unwrap();
         for step in 0..100 {
-            spool = advance(command(time + 2e-5 * (f64::from(step) + 0.5)), 2e-5);
+            let middle = time + 2e-5 * (f64::from(step) + 0.5);
+            spool = advance(command(pace * middle), 2e-5);
         }
     }
     text
@@ -180,7 +187,7 @@ fn generated(noise: f64, mut advance: impl FnMut(f64, f64) -> f64) -> String {
 #[test]
 fn a_generator_goes_straight_between_its_jumps() {
     let (mut integrator, mut spool) = (0.0f64, 0.0f64);
-    let text = generated(0.02, |u, step| {
+    let text = generated(0.02, 1.0, |u, step| {
         let speed = (integrator - spool) / 0.0025;
         integrator += step * GAIN * (u - spool).clamp(-5.0, 5.0);
         spool += step * speed;
@@ -212,13 +219,69 @@ fn a_generator_goes_straight_between_its_jumps() {
     assert!((second / first - 1.0).abs() < 1e-6, "{first}, {second}");
 }
 
+/// A generator that does not wait for the logger jumps anywhere between two rows. Taken to jump with them, it moved a valve that lacks
+/// nothing by up to a row too late.
+#[test]
+fn a_jump_between_two_rows_is_put_where_the_valve_answers_it() {
+    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
+    let text = generated(0.02, 1.0137, |u, step| {
+        let speed = (integrator - spool) / 0.0025;
+        integrator += step * GAIN * (u - spool).clamp(-3.0, 3.0);
+        spool += step * speed;
+        spool
+    });
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("log.csv"), text).unwrap();
+    let run = |more: &[&str]| {
+        let call = ["identify", "log.csv", "--evaluator", "cpu"];
+        let text = printed(&servobee(folder.path(), &[&call[..], more].concat()));
+        (json(folder.path().join(more[1]).join("report.json")), text)
+    };
+    let (report, printed) = run(&["--out", "out"]);
+    assert_eq!(report["verdict"], "none", "{printed}");
+    let warnings = report["warnings"].to_string();
+    let said = "the command jumps between rows and not with them";
+    assert!(warnings.contains(said), "{warnings}");
+    for (number, (name, value)) in [
+        ("gain", GAIN),
+        ("time_constant", 0.0025),
+        ("saturation", 3.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let own = &report["parameters"][number];
+        let found = own["value"].as_f64().unwrap();
+        assert!(
+            own["name"] == name && (found / value - 1.0).abs() < 0.01,
+            "{own}"
+        );
+    }
+    // Neither the command nor a model that says what it does is another the next time.
+    let (again, _) = run(&["--out", "again", "--model", "out/model.toml"]);
+    let error = |report: &Value| {
+        report["error"]["after"]["hold_out"]["spool"]["rmse"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!((error(&again) / error(&report) - 1.0).abs() < 1e-3);
+    // Who says that it is held is believed.
+    write(
+        folder.path().join("told.toml"),
+        "[structure]\nhold = \"held\"\n",
+    )
+    .unwrap();
+    let (told, _) = run(&["--out", "told", "--model", "told.toml", "--effects", "none"]);
+    assert!(error(&told) > 1.1 * error(&report));
+}
+
 /// A lead that the model lacks makes ramps of the jumps look right, which come as early: what the valve does in the row of a jump
 /// tells that they are none.
 #[test]
 fn a_lead_does_not_hide_what_the_command_does() {
     // The spool is fed back through a lag: its closed loop has a zero.
     let (mut spool, mut fed_back) = (0.0f64, 0.0f64);
-    let text = generated(0.03, |u, step| {
+    let text = generated(0.03, 1.0, |u, step| {
         let error = u - fed_back;
         fed_back += step * (spool - fed_back) / 0.0042;
         spool += step * 60.0 * error.clamp(-5.0, 5.0);

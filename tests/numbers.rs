@@ -6,7 +6,8 @@ use crate::common::{Record, cases, effects, near_bounds, on_bounds, random};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servobee::diagnose::{
-    Conditions, IdentificationProblem, Identified, Measurements, Options, Sides, Used, identify,
+    Conditions, IdentificationProblem, Identified, Measurements, Options, PlacedJumps, Sides, Used,
+    identify,
 };
 use servobee::evaluate::problem::{Data, Series};
 use servobee::evaluate::{
@@ -135,7 +136,8 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
             },
             clocks: vec![0.0],
             command_noise: Vec::new(),
-            answers_at_once: false,
+            shown_hold: None,
+            placed_jumps: PlacedJumps::default(),
         },
         hold_known: true,
         loss: None,

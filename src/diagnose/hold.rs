@@ -201,11 +201,11 @@ impl OtherHold {
         let values = taken.problem.values().max(1) as f64;
         let errors = [&own, &others].map(|channels| (squares(channels) / values).sqrt());
         let costs = errors.map(|error| error * error);
-        let preferred = match measurements.answers_at_once {
-            true => Some(Hold::Interpolated),
-            false if !surely_differ(comparison.z, costs) && !plainly_differ(costs) => None,
-            false if costs[1] < costs[0] => Some(other.structure.hold),
-            false => Some(taken.problem.structure.hold),
+        let preferred = match measurements.shown_hold {
+            Some(shown) => Some(shown),
+            None if !surely_differ(comparison.z, costs) && !plainly_differ(costs) => None,
+            None if costs[1] < costs[0] => Some(other.structure.hold),
+            None => Some(taken.problem.structure.hold),
         };
         let intervals = taken.fit.polished.iter();
         let intervals = intervals.flat_map(|(_, uncertainty)| &uncertainty.intervals);

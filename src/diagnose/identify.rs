@@ -2,6 +2,7 @@
 
 use super::added::{Considered, Decision};
 use super::attribution::{Allowed, Attribution, Selection, Sought};
+use super::between_rows::with_jumps_placed;
 use super::clocks::with_clocks_set;
 use super::evidence::{Evidence, Model, Side};
 use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, quieter, variance};
@@ -23,7 +24,7 @@ use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, Scale};
-use crate::model::{Hold, Output, Outputs};
+use crate::model::{Output, Outputs};
 use crate::search::{Fit, Plan, fit_and_hop, refine};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -41,8 +42,8 @@ pub fn identify(
     progress: &mut dyn FnMut(&str) -> ControlFlow<()>,
 ) -> Result<Identified> {
     let mut asked = problem;
-    if !asked.hold_known && asked.measurements.answers_at_once {
-        asked.structure.hold = Hold::Interpolated;
+    if let (false, Some(shown)) = (asked.hold_known, asked.measurements.shown_hold) {
+        asked.structure.hold = shown;
     }
     let measurements = &asked.measurements;
     let plan = &Plan {
@@ -50,7 +51,7 @@ pub fn identify(
         ..plan.clone()
     };
     let hold_known = asked.hold_known;
-    let hold_shown = hold_known || measurements.answers_at_once;
+    let hold_shown = hold_known || measurements.shown_hold.is_some();
     let mut stage = Stage::new(progress, plan.memory.interrupt());
     stage.begins("base model");
     let mut first = base_fit(&asked, evaluator, plan, &mut stage)?;
@@ -66,8 +67,9 @@ pub fn identify(
         return identify(later, evaluator, plan, options, progress);
     }
     if stage.goes_on()
-        && let Some(set) =
-            with_quiet_commands(&asked, &first).or_else(|| with_clocks_set(&asked, &first))
+        && let Some(set) = with_quiet_commands(&asked, &first)
+            .or_else(|| with_clocks_set(&asked, &first))
+            .or_else(|| with_jumps_placed(&asked, &first, plan))
     {
         return identify(set, evaluator, plan, options, progress);
     }
@@ -137,6 +139,7 @@ pub fn identify(
         with_run_in(&asked, after)
             .or_else(|| with_quiet_commands(&asked, after))
             .or_else(|| with_clocks_set(&asked, after))
+            .or_else(|| with_jumps_placed(&asked, after, plan))
     };
     if diagnosis.stage.goes_on()
         && let Some(later) = later()
@@ -388,7 +391,7 @@ impl<'d> Diagnosis<'d> {
             Allowed {
                 asked: &base.asked,
                 located: base.located,
-                other_hold: (!self.hold_known && !self.measurements.answers_at_once)
+                other_hold: (!self.hold_known && self.measurements.shown_hold.is_none())
                     .then(|| other_hold(base.fitted, self.plan)),
             },
             self.options.max_effects,

@@ -2,11 +2,12 @@
 
 use super::conditions::Conditions;
 use super::jumps::answer_at_once;
+use super::placed_jumps::PlacedJumps;
 use super::simulation::Sides;
 use crate::Result;
 use crate::evaluate::problem::{Sample, Series};
-use crate::model::Structure;
 use crate::model::base::servo_valve::remarks;
+use crate::model::{Hold, Structure};
 use crate::record::{HOLD_OUT, Record, reversals};
 use serde::Serialize;
 use std::ops::Range;
@@ -93,8 +94,11 @@ pub struct Measurements {
     pub command_noise: Vec<f64>,
     /// What the oil was at.
     pub conditions: Conditions,
-    /// Whether what is fitted answers a jump of the command by the row that has it, as only one that is not held allows.
-    pub answers_at_once: bool,
+    /// What the rows show that the command does between two of them, whatever a model leaves: where what is fitted answers a jump by the
+    /// row that has it, it is not held.
+    pub shown_hold: Option<Hold>,
+    /// The jumps of the commands that were placed between rows.
+    pub placed_jumps: PlacedJumps,
 }
 
 impl Measurements {
@@ -124,7 +128,8 @@ impl Measurements {
             beginnings: Vec::new(),
             command_noise: Vec::new(),
             conditions: Conditions::of(&records.iter().chain(hold_out).collect::<Vec<_>>()),
-            answers_at_once: false,
+            shown_hold: None,
+            placed_jumps: PlacedJumps::default(),
         };
         let mut add = |record: &Record, fitted: usize| -> Result<()> {
             let whole = Series::from_record(record, structure)?;
@@ -188,7 +193,7 @@ impl Measurements {
         for record in hold_out {
             add(record, 0)?;
         }
-        result.answers_at_once = answer_at_once(&result.fit, structure);
+        result.shown_hold = answer_at_once(&result.fit, structure).then_some(Hold::Interpolated);
         Ok(result)
     }
 

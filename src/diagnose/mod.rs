@@ -28,14 +28,15 @@
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `clocks` puts records in phase
-//! that hum, `quiet_commands` smooths commands that were measured with noise, `hold` tells what the command does between two rows
-//! or tries both ways, `evidence` is what models are judged by, `preference` which of two it prefers, `unexcited` sets what the
+//! that hum, `quiet_commands` smooths commands that were measured with noise, `between_rows` puts jumps between the rows, `hold` tells
+//! what the command does between two rows or tries both ways, `evidence` is what models are judged by, `preference` which of two it prefers, `unexcited` sets what the
 //! fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects, `added` is what became of each,
 //! `verdict` decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the
 //! result. `statistics` knows none of them.
 
 mod added;
 mod attribution;
+mod between_rows;
 mod clocks;
 mod command_noise;
 mod conditions;
@@ -52,6 +53,7 @@ mod left_over;
 mod linear;
 mod located;
 mod measurements;
+mod placed_jumps;
 mod preference;
 mod problem;
 mod quiet_commands;
@@ -79,6 +81,7 @@ pub use identified::Identified;
 pub use identify::identify;
 pub use located::{Located, Place};
 pub use measurements::{Cut, Measurements, ROWS, Used};
+pub use placed_jumps::PlacedJumps;
 pub use problem::{IdentificationProblem, Options};
 pub use signature::{Bin, Signature};
 pub use simulation::{Compared, Errors, Sides, Trajectories, errors};

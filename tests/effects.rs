@@ -171,6 +171,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "periodic_disturbance",
         "periodic_disturbance~overtone",
         "pilot_supply",
+        "null_bias~pilot",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -550,7 +551,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 98] = [
+const TWINS: [Twin; 99] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1059,6 +1060,11 @@ const TWINS: [Twin; 98] = [
             ("overtone_sine_flow", 0.2),
             ("second_overtone_sine_flow", 0.15),
         ],
+    ),
+    (
+        "null_bias~pilot=-0.2",
+        "null_bias~pilot",
+        &[("pilot_bias", -0.2)],
     ),
     (
         "pilot_supply=0.8",

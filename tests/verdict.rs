@@ -288,6 +288,12 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             ],
         ),
         (
+            "null_bias~pilot=0.4",
+            "null_bias,asymmetric_gain,slew_limit,dc_gain",
+            ["null_bias", "pilot"],
+            &[("pilot_bias", 0.4)],
+        ),
+        (
             "hysteresis~gradual=0.3:travel=0.8",
             "hysteresis,friction,command_lag",
             ["hysteresis", "gradual"],

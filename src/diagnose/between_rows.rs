@@ -30,6 +30,8 @@ const SPREAD: f64 = 0.12;
 const LEFT: [f64; 2] = [0.5, 0.9];
 /// And at most so many times what noise would leave: by a model that lacks more than that they are not placed.
 const FOLLOWED: f64 = 4.0;
+/// After the first two rounds that may still be so many times as much.
+const FAR: f64 = 10.0;
 /// Jumps are placed at most so many times.
 const MOST: usize = 2;
 
@@ -77,21 +79,30 @@ pub(super) fn with_jumps_placed(
     for &(output, weight) in &weights {
         model.scale[output] = weight;
     }
-    if !weights.iter().all(|(_, weight)| weight.is_finite()) {
+    let rows = |one: &Jump| one.behind.len() * weights.len();
+    let of_noise = jumps.iter().flatten().map(rows).sum::<usize>() as f64;
+    // What noise leaves no place takes away.
+    if !before.is_finite() || of_noise > LEFT[times] * before {
         return None;
     }
     let fitted = measurements.fit.len();
-    let model = placed_in_turn(model, &mut records, &mut jumps, fitted, &weights, plan)?;
-    let simulated = simulated(&model, &records);
-    let after = left(&records, &simulated, &jumps, &weights);
-    let rows = |one: &Jump| one.behind.len() * weights.len();
-    let of_noise = jumps.iter().flatten().map(rows).sum::<usize>() as f64;
+    let most = FOLLOWED * of_noise;
+    let model = placed_in_turn(
+        model,
+        &mut records,
+        &mut jumps,
+        fitted,
+        &weights,
+        most,
+        plan,
+    )?;
+    let after = left(&records, &simulated(&model, &records), &jumps, &weights);
     let misfit = (after / of_noise).max(1.0).sqrt();
     let is_known = |one: &&Jump| one.error * misfit < KNOWN;
     let known = jumps.iter().flatten().filter(is_known);
     let places: Vec<f64> = known.map(|one| one.early).collect();
     let come_anywhere = places.len() >= FEWEST && spread(&places) > SPREAD;
-    let is_followed = after < LEFT[times] * before && after < FOLLOWED * of_noise;
+    let is_followed = after < LEFT[times] * before && after < most;
     (come_anywhere && is_followed).then(|| {
         let mut placed = problem.clone();
         placed.structure.hold = Hold::BetweenJumps;
@@ -112,13 +123,15 @@ pub(super) fn with_jumps_placed(
     })
 }
 
-/// The `model`, fitted to the first so many of the `records`, whose jumps are placed by it; `None` where it diverges or was stopped.
+/// The `model`, fitted to the first so many of the `records`, whose jumps are placed by it; `None` where it diverges or was stopped, or
+/// will hardly leave less than so much.
 fn placed_in_turn(
     mut model: Problem,
     records: &mut [Series],
     jumps: &mut [Vec<Jump>],
     fitted: usize,
     weights: &[(Output, f64)],
+    most: f64,
     plan: &Plan,
 ) -> Option<Problem> {
     let mut steps: Vec<Vec<f64>> = Vec::new();
@@ -135,7 +148,10 @@ fn placed_in_turn(
             for ((_, jump), step) in numbered(jumps).zip(second) {
                 jump.early = (jump.early + further * step).clamp(0.0, 1.0);
             }
-            placing.with(jumps, |one| one.early);
+            let rows = placing.with(jumps, |one| one.early);
+            if left(records, &rows, jumps, weights) > FAR * most {
+                return None;
+            }
             steps.clear();
         }
         model = polished(model, records[..fitted].to_vec(), plan)?;

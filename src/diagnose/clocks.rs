@@ -103,7 +103,7 @@ fn stretches(parts: &[Compared], output: Output) -> Vec<Stretch> {
                 left: left
                     .map(|(sample, own)| sample.target[output] - own[output])
                     .collect(),
-                command: samples.iter().map(|sample| sample.input.command).collect(),
+                beside: samples.iter().map(|sample| sample.input.command).collect(),
             }
         };
         one.series.pieces().into_iter().map(piece).collect()

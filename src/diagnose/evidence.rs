@@ -1,6 +1,7 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
 use super::fitted::{Fitted, least_ratio, noise_floors, quieter};
+use super::hums::hums_show;
 use super::left_over::{CHANCE, left_over};
 use super::linear::Linear;
 use super::measurements::{Measurements, sought_on, starts};
@@ -663,7 +664,8 @@ impl Evidence {
         })
     }
 
-    /// Polishes from the problem's start; `None` where that diverges, or the run was stopped before its end.
+    /// Polishes from the problem's start; `None` where that diverges, leads to a hum that no channel shows, or the run was stopped
+    /// before its end.
     pub(super) fn polished(&self, problem: Problem) -> Option<Model> {
         let mut problem = self.fit.under(&problem);
         let interrupt = self.memory.interrupt();
@@ -690,6 +692,10 @@ impl Evidence {
         }
         let fit = self.residuals(&problem, Side::Fit)?;
         let hold_out = self.residuals(&problem, Side::HoldOut)?;
+        let simulate = |problem: &Problem| self.simulated(problem, Side::Fit);
+        if !hums_show(&problem, self.records(Side::Fit), &self.sizes, simulate) {
+            return None;
+        }
         Some(Model {
             measured: Sides {
                 fit: problem.values(),

@@ -44,6 +44,7 @@ mod evidence;
 mod fitted;
 mod free_form;
 mod hold;
+mod hums;
 mod identified;
 mod identify;
 mod jumps;

@@ -307,7 +307,7 @@ impl Kind {
                 &[Form::Creeping, Form::Heating, Form::Leaking],
                 &[("time", 0.5, &[Form::Creeping, Form::Heating]), ("zero", 0.0, &[Form::Leaking])]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
-                &[Form::Settling, Form::Transducer],
+                &[Form::Settling, Form::Transducer, Form::Pilot],
                 &[("warm_up", 5.0, &[Form::Settling, Form::Transducer]), ("stretch", 0.0, &[Form::Transducer])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach, Form::Gradual, Form::Spread, Form::Feedback, Form::Linkage, Form::Loop, Form::Transducer],

@@ -34,6 +34,7 @@ pub(super) struct Spool {
     spring_preload: f64,
     torque_limit: f64,
     pilot_supply: f64,
+    pilot_bias: f64,
     feed_forward: f64,
     integral_action: f64,
     /// By what share of K an integrator leaks, and where to, V.
@@ -418,6 +419,7 @@ impl Spool {
             spring_preload: strength(outsiders, Oddity::SpringPreload),
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
             pilot_supply: value(planted, Kind::PilotSupply),
+            pilot_bias: limit(Kind::NullBias, Form::Pilot).unwrap_or(0.0),
             feed_forward: value(planted, Kind::FeedForward),
             integral_action: value(planted, Kind::IntegralAction),
             leak: find(planted, Kind::DcGain, Form::Leaking).map_or((0.0, 0.0), |p| {
@@ -705,6 +707,7 @@ impl Spool {
         if let Stop::Soft { limit, stiffness } = self.stop {
             drive -= stiffness * (x - x.clamp(-limit, limit));
         }
+        drive += self.pilot_bias;
         if self.detent != 0.0 {
             drive -= outsider::detent(self.detent, x);
         }

@@ -59,8 +59,8 @@ pub(in crate::diagnose) struct Stretch {
     pub(in crate::diagnose) time: Vec<f64>,
     /// What a model leaves in each.
     pub(in crate::diagnose) left: Vec<f64>,
-    /// The command in each.
-    pub(in crate::diagnose) command: Vec<f64>,
+    /// What its lines are compared with, in each: the command, or what a hum adds.
+    pub(in crate::diagnose) beside: Vec<f64>,
 }
 
 /// A line that all records have, and their commands have not.
@@ -89,7 +89,7 @@ pub(in crate::diagnose) fn common_hum(records: &[Vec<Stretch>]) -> Option<Hum> {
         .collect();
     let command = records
         .iter()
-        .map(|own| Tapered::new(own, |one| &one.command));
+        .map(|own| Tapered::new(own, |one| &one.beside));
     let reach = seconds.recip();
     let span = left.iter().map(Tapered::span).fold(0.0, f64::max);
     let power = |frequency: f64| left.iter().map(|own| own.power(frequency)).sum();
@@ -138,14 +138,37 @@ impl Tapered {
 
     /// The line at `frequency` over the median of those beside it, which are `apart`.
     fn stands_out(&self, frequency: f64, apart: f64) -> f64 {
+        self.power(frequency) / self.around(frequency, apart)
+    }
+
+    /// The median of the lines beside `frequency`, which are `apart`.
+    fn around(&self, frequency: f64, apart: f64) -> f64 {
         let beside = BESIDE
             .map(|k| k as f64 * apart)
             .flat_map(|off| [frequency - off, frequency + off]);
         let mut beside: Vec<f64> = beside.map(|frequency| self.power(frequency)).collect();
         let middle = beside.len() / 2;
         let median = *beside.select_nth_unstable_by(middle, f64::total_cmp).1;
-        self.power(frequency) / median.max(f64::MIN_POSITIVE)
+        median.max(f64::MIN_POSITIVE)
     }
+}
+
+/// How far what a hum adds stands out from what is left beside its line, at least.
+const SHOWS: f64 = 25.0;
+/// And the share of its line that may be missing in what was measured.
+const MISSING: f64 = 0.5;
+
+/// Whether what a hum adds ([`Stretch::beside`]) has a line of this `frequency` that was measured: it stands out from what is left around
+/// it, and so little is left there that most of it must be in what was measured.
+pub(in crate::diagnose) fn line_shows(stretches: &[Stretch], frequency: f64) -> bool {
+    if stretches.is_empty() {
+        return false;
+    }
+    let left = Tapered::new(stretches, |one| &one.left);
+    let added = Tapered::new(stretches, |one| &one.beside);
+    let apart = left.span().recip();
+    let line = added.power(frequency);
+    line > SHOWS * left.around(frequency, apart) && left.power(frequency) < MISSING * MISSING * line
 }
 
 /// Where `power` is highest within `reach` of `near`, its peaks being wider than `step`.
@@ -209,7 +232,7 @@ mod tests {
                     .zip(noise)
                     .map(|(&time, noise)| hum(time) + noise)
                     .collect(),
-                command: time.iter().map(|&time| command(time)).collect(),
+                beside: time.iter().map(|&time| command(time)).collect(),
                 time,
             }
         };
@@ -243,5 +266,27 @@ mod tests {
         let residual: Vec<f64> = (0..4000).map(value).collect();
         let found = strongest_line(&residual, 1e-3).unwrap();
         assert!((found - 47.3141).abs() < 0.05, "{found}");
+    }
+
+    #[test]
+    fn a_hum_that_is_added_has_to_be_in_what_was_measured() {
+        let time: Vec<f64> = (0..4000).map(|row| 1e-3 * f64::from(row)).collect();
+        let hum = |size: f64| -> Vec<f64> {
+            let at = |time: &f64| size * (TAU * 50.0 * time).sin();
+            time.iter().map(at).collect()
+        };
+        let shows = |added: f64, measured: f64| {
+            let noise = white(4000, 3).into_iter().zip(hum(measured - added));
+            let stretch = Stretch {
+                time: time.clone(),
+                left: noise.map(|(noise, hum)| noise + hum).collect(),
+                beside: hum(added),
+            };
+            line_shows(&[stretch], 50.0)
+        };
+        assert!(shows(0.5, 0.5) && shows(0.5, 0.4));
+        // There is none, or less than half of it; and what noise hides is not seen.
+        assert!(!shows(0.5, 0.0) && !shows(0.5, 0.2) && !shows(0.05, 0.05));
+        assert!(!line_shows(&[], 50.0));
     }
 }

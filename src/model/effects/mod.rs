@@ -284,6 +284,7 @@ catalogue! {
     stroke_limit::StrokeLimitRail = RAIL,
     gain_curvature::GainOfFlowNumber = TANH,
     pilot_supply::PilotSupply,
+    null_bias::NullBiasOfPilot = PILOT,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -2,7 +2,7 @@
 
 use super::host;
 use super::sensor_drift::settling_time;
-use super::{Act, Entry, Port, Stage};
+use super::{Act, Entry, Motion, Port, Stage};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -104,6 +104,58 @@ impl<R: Real> Act<R> for NullBiasSettling<R> {
     fn reference(&self, _own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
         let (settled, _) = (stage.time / self.time).caught_up();
         command + self.amount * settled
+    }
+}
+
+pub(super) const PILOT: Entry = Entry {
+    name: "null_bias~pilot",
+    port: Port::Actuator,
+    summary: "The pilot stage does not stand in its middle where nothing drives it, and is the faster to one side",
+    finding: "the pilot stage goes on as if {pilot_bias} were added to what drives it, and the valve rests by as much beside its command",
+    equation: "dz/dt = K (sat(u - x, S) + pilot_bias)",
+    shows: "a constant spool error, and large steps that are faster one way than the other by as much",
+    confused: "null_bias, whose large steps are alike to both sides; asymmetric_gain~loop, whose small steps are not, and which rests where it \
+               was commanded to",
+    source: "a clogged fixed orifice or nozzle on one side of a pilot stage; Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        let most = 0.3 * scale.command;
+        vec![Parameter::linear(
+            "pilot_bias",
+            &scale.command_unit,
+            -most,
+            0.0,
+            most,
+        )]
+    },
+    applies: host::moves_a_spool,
+    ..ENTRY
+};
+
+/// The pilot stage does not stand in its middle where nothing drives it.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct NullBiasOfPilot<R> {
+    bias: R,
+}
+
+impl<R: Real> NullBiasOfPilot<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { bias: next() }
+    }
+}
+
+impl<R: Real> Act<R> for NullBiasOfPilot<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn drive(&self, _own: &[R], drive: R, motion: &Motion<R>) -> R {
+        drive + motion.gain * self.bias
     }
 }
 

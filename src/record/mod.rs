@@ -268,6 +268,7 @@ impl Record {
             if target == Target::Time {
                 remedy.push_str(", or --sample-interval SECONDS if the file has none");
             }
+            remedy.push_str("; servobee inspect proposes what to add");
             table.missing(&wanted, &remedy)
         };
         let time = columns

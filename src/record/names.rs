@@ -278,8 +278,20 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
         Target::Channel(Channel::Spool) => (
             MEASURED,
             &[
-                "meas", "measured", "actual", "act", "ist", "istwert", "feedback", "fb",
-                "response", "output",
+                "meas",
+                "measured",
+                "actual",
+                "act",
+                "ist",
+                "istwert",
+                "feedback",
+                "fb",
+                "response",
+                "output",
+                "position",
+                "pos",
+                "displacement",
+                "stroke",
             ],
         ),
         _ => return None,
@@ -350,6 +362,8 @@ mod tests {
             ("Versorgungsdruck [bar]", "supply_pressure [bar]"),
             ("Kolbenweg_mm", "position [mm]"),
             ("Öltemperatur [°C]", "temperature [°C]"),
+            // No piston's position is in the unit of a signal.
+            ("position (mA)", "spool [mA]"),
             ("force_N", ""),
             ("p_pressure", ""),
         ] {

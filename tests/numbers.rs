@@ -135,7 +135,7 @@ fn far_apart(rate: f64) -> servobee::Result<Identified> {
                 hold_out: vec![0],
             },
             clocks: vec![0.0],
-            command_noise: Vec::new(),
+            input_noise: Vec::new(),
             shown_hold: None,
             placed_jumps: PlacedJumps::default(),
         },

@@ -331,8 +331,8 @@ impl Evidence {
         let fitted = Compared::all(self.records(Side::Fit), &simulated);
         let mut noise = noise_floors(&fitted, &model.structure().observed, true);
         for (name, one) in &mut noise {
-            if let Some(of_command) = &self.noise[name].of_command {
-                *one = one.clone().with(of_command.clone());
+            if let Some(of_inputs) = &self.noise[name].of_inputs {
+                *one = one.clone().with(of_inputs.clone());
             }
         }
         quieter(&noise, &self.noise).then_some(noise)
@@ -693,7 +693,8 @@ impl Evidence {
         let fit = self.residuals(&problem, Side::Fit)?;
         let hold_out = self.residuals(&problem, Side::HoldOut)?;
         let simulate = |problem: &Problem| self.simulated(problem, Side::Fit);
-        if !hums_show(&problem, self.records(Side::Fit), &self.sizes, simulate) {
+        let records = self.records(Side::Fit);
+        if !hums_show(&problem, &self.base, records, &self.sizes, simulate) {
             return None;
         }
         Some(Model {

@@ -1,6 +1,6 @@
 //! A fitted model with everything that follows from it: what it gives in every row, its errors, and what it leaves.
 
-use super::command_noise::{Driven, with_what_passes};
+use super::input_noise::{Driven, with_what_passes};
 use super::known::KnownRows;
 use super::left_over::left_over;
 use super::measurements::{Measurements, starts};

@@ -6,22 +6,24 @@ use super::statistics::line::{Stretch, line_shows};
 use crate::evaluate::Problem;
 use crate::evaluate::problem::Series;
 use crate::model::effects::{Effect, Port, Scale};
-use crate::model::{Output, Outputs};
+use crate::model::{Output, Outputs, Parameter};
 
 /// A hum has its own line, and overtones up to so many times its frequency.
 const TONES: usize = 3;
 
-/// Whether each hum that `problem` adds to the command at its start shows as a line in a channel of `records`, for which the model
-/// gives what `simulate` says.
+/// Whether each hum that `problem` adds to the command at its start, and that is not among the `known`, shows as a line in a channel of
+/// `records`, for which the model gives what `simulate` says.
 pub(super) fn hums_show(
     problem: &Problem,
+    known: &[Parameter],
     records: &[Series],
     sizes: &Scale,
     simulate: impl Fn(&Problem) -> Trajectories,
 ) -> bool {
     let effects = problem.structure.effects.iter();
     let hums = effects.filter(|effect| effect.entry.port == Port::Command);
-    let mut hums = hums.filter_map(|effect| Some((effect, effect.frequency()?)));
+    let hums = hums.filter_map(|effect| Some((effect, effect.frequency()?)));
+    let mut hums = hums.filter(|(_, name)| known.iter().all(|one| one.name != *name));
     hums.all(|(effect, name)| {
         let value = problem.parameters.iter().find(|one| one.name == name);
         let frequency = value.map_or(0.0, |one| one.nominal());

@@ -12,7 +12,7 @@ use super::identified::Identified;
 use super::located::{Located, located};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
-use super::quiet_commands::with_quiet_commands;
+use super::quiet_inputs::with_quiet_inputs;
 use super::run_in::{at_rest, is_better, with_run_in};
 use super::signature::{closest, of_effects, of_residual};
 use super::simulation::{Compared, Sides, residual_in_all_rows};
@@ -67,7 +67,7 @@ pub fn identify(
         return identify(later, evaluator, plan, options, progress);
     }
     if stage.goes_on()
-        && let Some(set) = with_quiet_commands(&asked, &first)
+        && let Some(set) = with_quiet_inputs(&asked, &first)
             .or_else(|| with_clocks_set(&asked, &first))
             .or_else(|| with_jumps_placed(&asked, &first, plan))
     {
@@ -137,7 +137,7 @@ pub fn identify(
     let later = || {
         let after = &result.after;
         with_run_in(&asked, after)
-            .or_else(|| with_quiet_commands(&asked, after))
+            .or_else(|| with_quiet_inputs(&asked, after))
             .or_else(|| with_clocks_set(&asked, after))
             .or_else(|| with_jumps_placed(&asked, after, plan))
     };

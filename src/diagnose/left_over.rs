@@ -64,8 +64,8 @@ fn together_left_over(
         if noise.is_resolution() && square.sqrt() < BEYOND * noise.value {
             *rest = Remaining::nothing();
         }
-        if let Some(of_command) = &noise.of_command {
-            rest.leave_out(&of_command.shown);
+        if let Some(of_inputs) = &noise.of_inputs {
+            rest.leave_out(&of_inputs.shown);
         }
     }
     rest

@@ -7,7 +7,7 @@ use super::simulation::Sides;
 use crate::Result;
 use crate::evaluate::problem::{Sample, Series};
 use crate::model::base::servo_valve::remarks;
-use crate::model::{Hold, Structure};
+use crate::model::{Hold, Input, Structure};
 use crate::record::{HOLD_OUT, Record, reversals};
 use serde::Serialize;
 use std::ops::Range;
@@ -90,8 +90,8 @@ pub struct Measurements {
     pub bench: Vec<String>,
     /// How records begin, where that is not as the model has it, in words.
     pub beginnings: Vec<String>,
-    /// The noise that the command of each fitted series had before it was smoothed; empty where none was.
-    pub command_noise: Vec<f64>,
+    /// The noise that the inputs of each fitted series had before they were smoothed; empty where none was.
+    pub input_noise: Vec<Input<f64>>,
     /// What the oil was at.
     pub conditions: Conditions,
     /// What the rows show that the command does between two of them, whatever a model leaves: where what is fitted answers a jump by the
@@ -126,7 +126,7 @@ impl Measurements {
             is_static: records.iter().all(Record::is_static),
             bench: remarks(structure, records),
             beginnings: Vec::new(),
-            command_noise: Vec::new(),
+            input_noise: Vec::new(),
             conditions: Conditions::of(&records.iter().chain(hold_out).collect::<Vec<_>>()),
             shown_hold: None,
             placed_jumps: PlacedJumps::default(),

@@ -2,7 +2,7 @@
 //!
 //! 1. *Noise floor*: from repeated commands, rests, or the residual's differences, and no less than the channel resolves; the
 //!    report says which, and whether those that there are agree. What is left within the resolution is no sign of an effect.
-//!    White noise of a measured command, of at most 0.5 % of its range, that the valve does not follow is smoothed away; what a
+//!    White noise of a measured command, of at most 0.5 % of its range, or of a pressure, that the valve does not follow is smoothed away; what a
 //!    model makes of the rest of it counts as noise, and what that looks like as no sign of an effect.
 //! 2. *Is there structure?* The residual is tested against command, its powers, rate and direction, simulated spool, pressures,
 //!    time, lines in its spectrum, and its loudness, all against surrogates of the same colour, with one level for the family.
@@ -28,7 +28,7 @@
 //!
 //! In the order in which a diagnosis goes: `problem` and `measurements` are what it begins with, `identify` is the procedure,
 //! `fitted` a fit with all that follows from it, `run_in` lets the model forget where it began, `clocks` puts records in phase
-//! that hum, `quiet_commands` smooths commands that were measured with noise, `between_rows` puts jumps between the rows, `hold` tells
+//! that hum, `quiet_inputs` smooths commands and pressures that were measured with noise, `between_rows` puts jumps between the rows, `hold` tells
 //! what the command does between two rows or tries both ways, `evidence` is what models are judged by, `preference` which of two it prefers, `unexcited` sets what the
 //! fitted rows leave open, `screen`, `led`, `wide`, `sought` and `attribution` find the effects, `added` is what became of each,
 //! `verdict` decides, `free_form` describes what has no name, `signature` shows what gave it away, and `identified` is the
@@ -38,7 +38,6 @@ mod added;
 mod attribution;
 mod between_rows;
 mod clocks;
-mod command_noise;
 mod conditions;
 mod evidence;
 mod fitted;
@@ -47,6 +46,7 @@ mod hold;
 mod hums;
 mod identified;
 mod identify;
+mod input_noise;
 mod jumps;
 mod known;
 mod led;
@@ -57,7 +57,7 @@ mod measurements;
 mod placed_jumps;
 mod preference;
 mod problem;
-mod quiet_commands;
+mod quiet_inputs;
 mod run_in;
 mod screen;
 mod sensors;
@@ -91,7 +91,7 @@ pub use statistics::bootstrap::{
 };
 pub use statistics::compare::{Comparison, indistinguishable};
 pub use statistics::density::spectral_density;
-pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, OfCommand, Source, Swing, noise_floor};
+pub use statistics::noise::{Noise, NoiseMethod, NoiseRows, OfInputs, Source, Swing, noise_floor};
 pub use statistics::residual::{Remaining, Residuals, remaining};
 pub use statistics::rows::coloured;
 pub use unexcited::{Sharpened, Unexcited};

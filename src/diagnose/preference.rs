@@ -192,7 +192,7 @@ mod tests {
             sources: Vec::new(),
             swing: None,
             allowance: Vec::new(),
-            of_command: None,
+            of_inputs: None,
         };
         evidence.noise.insert(Output::Spool.name().into(), noise);
         let before = polished(&evidence, &limited);

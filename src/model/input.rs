@@ -30,6 +30,14 @@ macro_rules! inputs {
                 Self { $($name: f(Channel::$Channel),)+ time }
             }
 
+            /// The field of `channel`, where it is one.
+            pub(crate) fn of_mut(&mut self, channel: Channel) -> Option<&mut T> {
+                match channel {
+                    $(Channel::$Channel => Some(&mut self.$name),)+
+                    _ => None,
+                }
+            }
+
             /// Its numbers, in the order of its fields.
             pub fn numbers(self) -> [T; [$(stringify!($name)),+].len() + 1] {
                 [$(self.$name,)+ self.time]

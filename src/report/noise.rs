@@ -5,9 +5,6 @@ use crate::diagnose::{Identified, Noise, NoiseMethod, Source};
 use crate::model::Output;
 use serde::Serialize;
 
-/// What a report calls the noise that a model makes of that of the commands.
-const OF_COMMAND: &str = "measured command";
-
 /// What one source says of a channel's noise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NoiseSource {
@@ -16,15 +13,15 @@ pub struct NoiseSource {
     /// Standard deviation, in the channel's unit.
     pub value: f64,
     /// Its standard error; null for the resolution, below which no noise can be, and for what a model makes of the noise of
-    /// measured commands, which is part of the floor.
+    /// measured inputs, which is part of the floor.
     pub standard_error: Option<f64>,
 }
 
 impl NoiseSource {
     /// What every source says that there is of this `noise`.
     pub(super) fn all(noise: &Noise) -> Vec<Self> {
-        let of_command = noise.of_command.iter().map(|one| Self {
-            from: OF_COMMAND,
+        let of_inputs = noise.of_inputs.iter().map(|one| Self {
+            from: one.of,
             value: one.value,
             standard_error: None,
         });
@@ -32,7 +29,7 @@ impl NoiseSource {
             .sources
             .iter()
             .map(Self::from)
-            .chain(of_command)
+            .chain(of_inputs)
             .collect()
     }
 }
@@ -60,9 +57,9 @@ pub(super) fn taken_from(noise: &Noise, unit: &str) -> String {
         .iter()
         .filter(|one| one.method != noise.method);
     let others = others.map(|one| (one.method.name(), one.value));
-    let of_command = noise.of_command.iter().map(|one| (OF_COMMAND, one.value));
+    let of_inputs = noise.of_inputs.iter().map(|one| (one.of, one.value));
     let others: Vec<String> = others
-        .chain(of_command)
+        .chain(of_inputs)
         .map(|(from, value)| format!("{from} {} {unit}", rounded(value, 2)))
         .collect();
     match others.is_empty() {

@@ -83,13 +83,15 @@ pub struct Noise {
     pub swing: Option<Swing>,
     /// Where the floor is the resolution: by how much each row can be off for that reason alone; otherwise empty.
     pub allowance: Vec<f64>,
-    /// What noise of the measured commands makes of it, where there is some.
-    pub of_command: Option<OfCommand>,
+    /// What noise of the measured inputs makes of it, where there is some.
+    pub of_inputs: Option<OfInputs>,
 }
 
-/// What a model makes of noise that was measured in the commands and that the valve did not get.
+/// What a model makes of noise that was measured in the commands or pressures and that the valve did not get.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OfCommand {
+pub struct OfInputs {
+    /// Which inputs those are.
+    pub of: &'static str,
     /// Standard deviation, in the channel's unit.
     pub value: f64,
     /// What residuals depend on for this reason alone, as [`Remaining::correlates_with`](super::residual::Remaining).
@@ -108,19 +110,19 @@ impl Noise {
             .collect()
     }
 
-    /// The same without what is made of the commands' noise.
+    /// The same without what is made of the inputs' noise.
     pub(in crate::diagnose) fn of_the_channel(mut self) -> Self {
-        if let Some(known) = self.of_command.take() {
+        if let Some(known) = self.of_inputs.take() {
             let others = self.value.powi(2) - known.value.powi(2);
             self.value = others.max(0.0).sqrt();
         }
         self
     }
 
-    /// The same with this made of the commands' noise beside it.
-    pub(in crate::diagnose) fn with(mut self, of_command: OfCommand) -> Self {
-        self.value = self.value.hypot(of_command.value);
-        self.of_command = Some(of_command);
+    /// The same with this made of the inputs' noise beside it.
+    pub(in crate::diagnose) fn with(mut self, of_inputs: OfInputs) -> Self {
+        self.value = self.value.hypot(of_inputs.value);
+        self.of_inputs = Some(of_inputs);
         self
     }
 
@@ -250,7 +252,7 @@ pub fn noise_floor(rows: NoiseRows, quiet: &[f64]) -> Noise {
         sources,
         swing,
         allowance,
-        of_command: None,
+        of_inputs: None,
     }
 }
 

@@ -1,23 +1,26 @@
-//! Noise in a measured command: how much there is, the command without most of it, and what a model makes of the rest.
+//! Noise in a measured command or pressure: how much there is, the input without most of it, and what a model makes of the rest.
 
 use super::left_over::{CHANCE, left_over};
 use super::measurements::Measurements;
 use super::simulation::{Compared, Trajectories, residual};
-use super::statistics::noise::{Noise, OfCommand};
+use super::statistics::noise::{Noise, OfInputs};
 use crate::evaluate::problem::Series;
 use crate::evaluate::reference;
-use crate::model::{Complete, Output, Structure};
+use crate::model::{Complete, Input, Output, Structure};
+use crate::record::Channel;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::collections::BTreeMap;
 
-/// Orders of the differences that leave noise of a command, and nothing that is smooth.
+/// Orders of the differences that leave noise of an input, and nothing that is smooth.
 const ORDERS: [usize; 2] = [6, 8];
 /// Of white noise both say the same, up to this factor; of what is smooth the higher one says less.
 const WHITE: f64 = 1.25;
-/// What is more than this share of the command's range is commanded.
+/// What is more than this share of the command's range is commanded,
 const MOST: f64 = 0.005;
+/// and what is more than this share of a pressure is there.
+const MOST_OF_PRESSURE: f64 = 0.02;
 /// Intervals between rows are even up to this share: a command that was taken at other times than noted is not smooth.
 const EVEN: f64 = 0.01;
 /// Rows to one side of a row that it is smoothed over, the fewest first.
@@ -28,6 +31,17 @@ const AGREE: f64 = 2.0;
 /// Valves that are simulated with noise of a command.
 const TWINS: usize = 3;
 
+/// The inputs that are smoothed, together where a valve gets all or none of their noise.
+pub(super) const QUIETENED: [&[Channel]; 2] = [
+    &[Channel::Command],
+    &[
+        Channel::SupplyPressure,
+        Channel::ReturnPressure,
+        Channel::PressureA,
+        Channel::PressureB,
+    ],
+];
+
 /// A model, and what it gives for the records that are fitted.
 pub(super) struct Driven<'a> {
     pub structure: &'a Structure,
@@ -35,28 +49,36 @@ pub(super) struct Driven<'a> {
     pub simulated: &'a Trajectories,
 }
 
-/// The noise of the command of `series`; 0 where there is none.
-pub(super) fn noise_in(series: &Series) -> f64 {
-    noise_of(&commands(series), &series.time).unwrap_or(0.0)
+/// The noise of an input of `series`; 0 where there is none.
+pub(super) fn noise_in(series: &Series, channel: Channel) -> f64 {
+    noise_of(&values(series, channel), &series.time, most(channel)).unwrap_or(0.0)
 }
 
-/// Smooths the command of `series`, where it has `noise`.
-pub(super) fn quieten(series: &mut Series, noise: f64) {
+/// Of how much at most, of some values, what is white among them is noise.
+fn most(channel: Channel) -> fn(low: f64, high: f64) -> f64 {
+    match channel {
+        Channel::Command => |low, high| MOST * (high - low),
+        _ => |low, high| MOST_OF_PRESSURE * high.abs().max(low.abs()),
+    }
+}
+
+/// Smooths an input of `series`, where it has `noise`.
+pub(super) fn quieten(series: &mut Series, channel: Channel, noise: f64) {
     if noise > 0.0 {
-        let quiet = smoothed(&commands(series), noise);
-        set_commands(series, &quiet);
+        let quiet = smoothed(&values(series, channel), noise);
+        for (sample, quiet) in series.samples.iter_mut().zip(quiet) {
+            if let Some(value) = sample.input.of_mut(channel) {
+                *value = quiet;
+            }
+        }
     }
 }
 
-fn commands(series: &Series) -> Vec<f64> {
-    let samples = series.samples.iter();
-    samples.map(|sample| sample.input.command).collect()
-}
-
-fn set_commands(series: &mut Series, values: &[f64]) {
-    for (sample, value) in series.samples.iter_mut().zip(values) {
-        sample.input.command = *value;
-    }
+fn values(series: &Series, channel: Channel) -> Vec<f64> {
+    let inputs = series.samples.iter().map(|sample| sample.input);
+    inputs
+        .map(|mut input| input.of_mut(channel).map_or(0.0, |value| *value))
+        .collect()
 }
 
 pub(super) fn steps(values: &[f64]) -> Vec<f64> {
@@ -71,41 +93,58 @@ pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (product(values, values) / values.len().max(1) as f64).sqrt()
 }
 
-/// The `noise` of the channels that the model `driven` observes, with what it makes of what is left of the noise of smoothed commands.
+/// The `noise` of the channels that the model `driven` observes, with what it makes of what is left of the noise of smoothed inputs.
 pub(super) fn with_what_passes(
     driven: &Driven,
     measurements: &Measurements,
     noise: BTreeMap<String, Noise>,
 ) -> BTreeMap<String, Noise> {
-    if measurements.command_noise.is_empty() {
+    if measurements.input_noise.is_empty() {
         return noise;
     }
     let of_channel = |(name, noise): (String, Noise)| (name, noise.of_the_channel());
     let mut noise: BTreeMap<String, Noise> = noise.into_iter().map(of_channel).collect();
     let mut rng = ChaCha8Rng::seed_from_u64(CHANCE);
     let twins = (0..TWINS).map(|_| twin(driven, measurements, &noise, &mut rng));
-    let twins: Vec<Vec<OfCommand>> = twins.collect();
+    let twins: Vec<_> = twins.collect();
+    let of = which(&measurements.input_noise);
     for (k, output) in driven.structure.observed.iter().enumerate() {
-        let of_twins: Vec<&OfCommand> = twins.iter().map(|twin| &twin[k]).collect();
-        let values: Vec<f64> = of_twins.iter().map(|one| one.value).collect();
-        let of_command = OfCommand {
+        let values: Vec<f64> = twins.iter().map(|twin| twin[k].0).collect();
+        let of_inputs = OfInputs {
+            of,
             value: root_mean_square(&values),
-            shown: of_twins.iter().flat_map(|one| one.shown.clone()).collect(),
+            shown: twins.iter().flat_map(|twin| twin[k].1.clone()).collect(),
         };
         let own = noise.remove(output.name()).expect("of the same channels");
-        noise.insert(output.name().into(), own.with(of_command));
+        noise.insert(output.name().into(), own.with(of_inputs));
     }
     noise
 }
 
-/// What the noise of the commands makes of each channel of a valve that is the model `driven`, got the smoothed commands, and is
+/// Which inputs have this noise.
+fn which(noise: &[Input<f64>]) -> &'static str {
+    let has = |channels: &[Channel]| {
+        let of =
+            |noise: &Input<f64>, channel| { *noise }.of_mut(channel).is_some_and(|one| *one > 0.0);
+        noise
+            .iter()
+            .any(|noise| channels.iter().any(|&channel| of(noise, channel)))
+    };
+    match QUIETENED.map(has) {
+        [true, true] => "measured command and pressures",
+        [false, true] => "measured pressures",
+        _ => "measured command",
+    }
+}
+
+/// What the noise of the inputs makes of each channel of a valve that is the model `driven`, got the smoothed ones, and is
 /// measured with this `noise`.
 fn twin(
     driven: &Driven,
     measurements: &Measurements,
     noise: &BTreeMap<String, Noise>,
     rng: &mut ChaCha8Rng,
-) -> Vec<OfCommand> {
+) -> Vec<(f64, Vec<(String, f64)>)> {
     let mut normal = || Normal::standard().inverse_cdf(rng.random::<f64>());
     let Driven {
         structure,
@@ -115,15 +154,21 @@ fn twin(
     let observed = &structure.observed;
     let mut twins = measurements.fit.clone();
     let own = twins.iter_mut().zip(simulated);
-    for ((twin, simulated), &noise) in own.zip(&measurements.command_noise) {
+    for ((twin, simulated), noise) in own.zip(&measurements.input_noise) {
         for (sample, simulated) in twin.samples.iter_mut().zip(simulated) {
             sample.target = *simulated;
         }
-        if noise > 0.0 {
-            for sample in &mut twin.samples {
-                sample.input.command += noise * normal();
+        for channel in QUIETENED.into_iter().flatten().copied() {
+            let noise = { *noise }.of_mut(channel).map_or(0.0, |noise| *noise);
+            if noise == 0.0 {
+                continue;
             }
-            quieten(twin, noise);
+            for sample in &mut twin.samples {
+                if let Some(value) = sample.input.of_mut(channel) {
+                    *value += noise * normal();
+                }
+            }
+            quieten(twin, channel, noise);
         }
     }
     let simulated = reference::trajectories(structure, values, &twins);
@@ -137,31 +182,28 @@ fn twin(
     }
     let shown = left_over(&Compared::all(&twins, &simulated), observed, noise);
     let each = made.into_iter().zip(shown);
-    each.map(|(value, left)| OfCommand {
-        value,
-        shown: left.correlates_with,
-    })
-    .collect()
+    each.map(|(value, left)| (value, left.correlates_with))
+        .collect()
 }
 
-/// Standard deviation of white noise in a command whose rows have these times; `None` where there is none.
-fn noise_of(command: &[f64], time: &[f64]) -> Option<f64> {
+/// Standard deviation of white noise in `values` whose rows have these times; `None` where there is none, or more than `most` allows.
+fn noise_of(values: &[f64], time: &[f64], most: fn(f64, f64) -> f64) -> Option<f64> {
     let mean = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-    let [lower, higher] = ORDERS.map(|order| left_by_differences(command, order));
+    let [lower, higher] = ORDERS.map(|order| left_by_differences(values, order));
     let is_white = lower < WHITE * higher && higher < WHITE * lower;
-    let high = command.iter().copied().fold(f64::MIN, f64::max);
-    let low = command.iter().copied().fold(f64::MAX, f64::min);
-    let is_noise = higher > 0.0 && is_white && higher < MOST * (high - low);
+    let high = values.iter().copied().fold(f64::MIN, f64::max);
+    let low = values.iter().copied().fold(f64::MAX, f64::min);
+    let is_noise = higher > 0.0 && is_white && higher < most(low, high);
     let is_even = steps(time)
         .iter()
         .all(|one| (one / mean - 1.0).abs() < EVEN);
     (is_noise && is_even).then_some(higher)
 }
 
-/// Standard deviation of the white noise whose differences of this `order` have the median that those of a `command` have: where
+/// Standard deviation of the white noise whose differences of this `order` have the median that those of an input have: where
 /// it jumps they say nothing, and a median does not mind.
-fn left_by_differences(command: &[f64], order: usize) -> f64 {
-    let mut all = command.to_vec();
+fn left_by_differences(values: &[f64], order: usize) -> f64 {
+    let mut all = values.to_vec();
     for _ in 0..order {
         all = steps(&all);
     }
@@ -262,14 +304,14 @@ mod tests {
     #[test]
     fn white_noise_is_measured_and_mostly_taken_out() {
         // At 20 Hz and 9 V no parabola is near more than a few rows; between two steps a line is near 64.
-        for (of, most) in [(sweep as fn(f64) -> f64, 0.7), (steps, 0.35)] {
+        for (of, share) in [(sweep as fn(f64) -> f64, 0.7), (steps, 0.35)] {
             let (command, time) = sampled(of, NOISE);
-            let found = noise_of(&command, &time).unwrap();
+            let found = noise_of(&command, &time, most(Channel::Command)).unwrap();
             assert!((found / NOISE - 1.0).abs() < 0.1, "{found}");
             let quiet = smoothed(&command, found);
             let off = quiet.iter().zip(&time).map(|(one, &t)| one - of(t));
             let left = (off.map(|off| off * off).sum::<f64>() / 5000.0).sqrt();
-            assert!(left < most * NOISE, "{left}");
+            assert!(left < share * NOISE, "{left}");
         }
     }
 
@@ -279,15 +321,15 @@ mod tests {
             9.0 * (TAU * 12.0 * t * t).sin()
         }] {
             let (command, time) = sampled(of, 0.0);
-            assert_eq!(noise_of(&command, &time), None);
+            assert_eq!(noise_of(&command, &time, most(Channel::Command)), None);
         }
         // Noise that is half a hundredth of the range and more is commanded; and at uneven times nothing is known.
         let (command, mut time) = sampled(steps, 0.1);
-        assert_eq!(noise_of(&command, &time), None);
+        assert_eq!(noise_of(&command, &time, most(Channel::Command)), None);
         let (command, _) = sampled(steps, 0.005);
-        assert!(noise_of(&command, &time).is_some());
+        assert!(noise_of(&command, &time, most(Channel::Command)).is_some());
         time[100] += 2e-4;
-        assert_eq!(noise_of(&command, &time), None);
+        assert_eq!(noise_of(&command, &time, most(Channel::Command)), None);
     }
 
     #[test]

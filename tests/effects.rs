@@ -172,6 +172,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "periodic_disturbance~overtone",
         "pilot_supply",
         "null_bias~pilot",
+        "overlap~bridge",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -551,7 +552,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 99] = [
+const TWINS: [Twin; 100] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1059,6 +1060,17 @@ const TWINS: [Twin; 99] = [
             ("ripple_sine_flow", 0.5),
             ("overtone_sine_flow", 0.2),
             ("second_overtone_sine_flow", 0.15),
+        ],
+    ),
+    (
+        "overlap~bridge=6:b_t=2:p_b=-1.5:a_t=4:clearance=1.5",
+        "overlap~bridge",
+        &[
+            ("overlap_p_a", 6.0),
+            ("overlap_b_t", 2.0),
+            ("overlap_p_b", -1.5),
+            ("overlap_a_t", 4.0),
+            ("edge_clearance", 1.5),
         ],
     ),
     (

@@ -402,6 +402,12 @@ fn a_form_behind_the_spool_is_told_from_what_comes_near_it() {
             &[("choked_up", 60.0)],
         ),
         (
+            "overlap~bridge=6:b_t=2:p_b=-1.5:a_t=4:clearance=1.5",
+            "overlap,gain_curvature,asymmetric_gain,flow_saturation",
+            ["overlap", "bridge"],
+            &[],
+        ),
+        (
             "supply_droop~limited=0.1:lag=0.15:pump=20",
             "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
             ["supply_droop", "limited"],

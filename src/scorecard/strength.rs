@@ -113,6 +113,12 @@ impl Open {
         };
         match kind {
             Kind::Leakage => extra("width", 1.5, 8.0),
+            Kind::Overlap if form == Form::Bridge => {
+                for edge in ["b_t", "p_b", "a_t"] {
+                    extra(edge, 0.5, 8.0);
+                }
+                extra("clearance", 0.3, 3.0);
+            }
             Kind::SupplyDroop => {
                 extra("lag", 0.01, 0.06);
                 if matches!(form, Form::Limited | Form::Accumulator) {

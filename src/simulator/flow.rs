@@ -190,6 +190,8 @@ struct Opening {
     rounding: Option<f64>,
     /// The same with edges rounded by this clearance: h = sign(x) (√(max(|x| − δ, 0)² + c²) − c).
     clearance: Option<f64>,
+    /// Those of P-A, B-T, P-B and A-T, and the clearance of all.
+    bridge: Option<([f64; 4], f64)>,
     /// h (1 + a sign(h)).
     asymmetry: f64,
     /// h + c h (|h| − 1).
@@ -220,10 +222,17 @@ impl Opening {
             .or(clearance)
             .map_or(value(planted, Kind::Overlap), |p| p.value);
         let negative = edges.map_or(overlap, |p| p.key("negative").unwrap_or(0.0));
+        let bridge = find(planted, Kind::Overlap, Form::Bridge);
+        let bridge = bridge.map(|p| {
+            let [b_t, p_b, a_t, clearance] =
+                ["b_t", "p_b", "a_t", "clearance"].map(|key| p.key(key).unwrap_or(1.0) / 100.0);
+            ([p.value / 100.0, b_t, p_b, a_t], clearance)
+        });
         let knee = find(planted, Kind::GainCurvature, Form::Knee);
         let shape = find(planted, Kind::GainCurvature, Form::Shaped);
         let width = |p: &Planted| p.key("width").unwrap_or(0.5 * p.value);
         Self {
+            bridge,
             overlap: overlap / 100.0,
             overlap_negative: negative / 100.0,
             knee: knee.map(|p| (p.value, p.key("at").unwrap_or(40.0) / 100.0)),
@@ -244,6 +253,7 @@ impl Opening {
 
     fn at(&self, x: f64) -> f64 {
         let h = match (self.rounding, self.clearance) {
+            _ if self.bridge.is_some() => self.bridge.map_or(x, |bridge| connected(bridge, x)),
             (Some(width), _) => {
                 let (low, high) = (x - self.overlap, x + self.overlap);
                 0.5 * (low + low.hypot(width) + high - high.hypot(width))
@@ -281,6 +291,17 @@ impl Opening {
         });
         h.clamp(-self.saturation, self.saturation)
     }
+}
+
+/// The opening of two ideal edges in series that pass as much as a bridge of four with these laps and this clearance at `x`, whose ports
+/// A and B are connected: there is the pressure at which what comes from P goes to T.
+fn connected((laps, clearance): ([f64; 4], f64), x: f64) -> f64 {
+    let area =
+        |beyond: f64| 0.5 * (beyond + (beyond * beyond + 4.0 * clearance * clearance).sqrt());
+    let [p_a, b_t, p_b, a_t] = [x - laps[0], x - laps[1], -x - laps[2], -x - laps[3]].map(area);
+    let (entering, leaving) = ((p_a + p_b).powi(2), (a_t + b_t).powi(2));
+    let share = entering / (entering + leaving).max(1e-30);
+    std::f64::consts::SQRT_2 * (p_a * (1.0 - share).sqrt() - a_t * share.sqrt())
 }
 
 /// Q (1 + drift · t), t as [`Drift`] has it, or with a heating Q (1 + drift · (ϑ − ϑ0)) where the oil warms up.

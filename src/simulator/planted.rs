@@ -173,6 +173,8 @@ pub enum Form {
     Leaking,
     /// A stop behind which the integrator winds up to its rail.
     Rail,
+    /// Four edges of which each has its own lap.
+    Bridge,
     /// A line with a share of it at twice the frequency, and another at three times it.
     Overtone,
 }
@@ -191,6 +193,7 @@ impl Form {
             Self::Transducer => "transducer",
             Self::Leaking => "leaking",
             Self::Rail => "rail",
+            Self::Bridge => "bridge",
             Self::Laminar => "laminar",
             Self::Feedback => "feedback",
             Self::Linkage => "linkage",
@@ -348,11 +351,14 @@ impl Kind {
                     ("rail", 13.0, &[Form::Rail]),
                 ]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
-                &[Form::Rounded, Form::Edges, Form::Clearance],
+                &[Form::Rounded, Form::Edges, Form::Clearance, Form::Bridge],
                 &[
                     ("width", f64::NAN, &[Form::Rounded]),
                     ("negative", 0.0, &[Form::Edges]),
-                    ("clearance", 2.0, &[Form::Clearance]),
+                    ("clearance", 2.0, &[Form::Clearance, Form::Bridge]),
+                    ("b_t", 1.0, &[Form::Bridge]),
+                    ("p_b", 1.0, &[Form::Bridge]),
+                    ("a_t", 4.0, &[Form::Bridge]),
                 ]),
             Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[Form::Loop, Form::Pilot], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
@@ -576,7 +582,10 @@ impl Planted {
         for (key, value) in &self.extra {
             self.own_key(key, &format!("effect {self}"))?;
             // Only these can be negative, and be zero in earnest.
-            let signed = matches!(*key, "phase" | "heating" | "excess" | "stretch" | "zero");
+            let signed = [
+                "phase", "heating", "excess", "stretch", "zero", "b_t", "p_b", "a_t",
+            ];
+            let signed = signed.contains(key);
             if !value.is_finite()
                 || (!signed && *value <= 0.0)
                 || (*key == "excess" && *value < 0.0)

@@ -285,6 +285,7 @@ catalogue! {
     gain_curvature::GainOfFlowNumber = TANH,
     pilot_supply::PilotSupply,
     null_bias::NullBiasOfPilot = PILOT,
+    overlap::OverlapOfBridge = BRIDGE,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

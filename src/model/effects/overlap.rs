@@ -192,9 +192,104 @@ impl<R: Real> Act<R> for OverlapOfEdges<R> {
     }
 }
 
+pub(super) const BRIDGE: Entry = Entry {
+    name: "overlap~bridge",
+    summary: "Each of the four edges has a lap of its own, negative where it is worn, and all have a clearance",
+    finding: "the edges P-A, B-T, P-B and A-T overlap by {overlap_p_a}, {overlap_b_t}, {overlap_p_b} and {overlap_a_t}, with a clearance of \
+              {edge_clearance}",
+    equation: "h = sqrt(2) (a1 a2 - a3 a4)/sqrt((a1 + a3)^2 + (a2 + a4)^2), a = (y + sqrt(y^2 + 4 edge_clearance^2))/2; y = x - \
+               overlap_p_a of a1, x - overlap_b_t of a2, -x - overlap_p_b of a3, -x - overlap_a_t of a4",
+    shows: "a flow gain near null that is neither none nor double, and not alike on both sides",
+    confused: "overlap~edges and overlap~rounded, whose two edges of one side are alike; gain_curvature~knee",
+    source: "a bridge of four edges between connected ports A and B: Merritt, Hydraulic Control Systems, 1967; erosion of metering edges",
+    parameters: |_, _| {
+        let lap = |name| Parameter::linear(name, "%", -20.0, 0.0, 50.0);
+        let clearance = Parameter::linear("edge_clearance", "%", 0.0, 0.0, 20.0);
+        let laps = ["overlap_p_a", "overlap_b_t", "overlap_p_b", "overlap_a_t"];
+        laps.map(lap).into_iter().chain([clearance]).collect()
+    },
+    trials: |_, _| {
+        [
+            [3.0, 3.0, 3.0, 3.0, 0.5],
+            [-3.0, -3.0, -3.0, -3.0, 1.0],
+            [5.0, 1.0, 1.0, 5.0, 0.5],
+            [1.0, 1.0, 5.0, 5.0, 0.5],
+        ]
+        .map(Vec::from)
+        .to_vec()
+    },
+    ..ENTRY
+};
+
+/// Each of the four edges has a lap of its own.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct OverlapOfBridge<R> {
+    laps: [R; 4],
+    clearance: R,
+}
+
+impl<R: Real> OverlapOfBridge<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            laps: [next(), next(), next(), next()],
+            clearance: next(),
+        }
+    }
+
+    /// The opening that passes as much as the bridge of edges with these `laps`.
+    #[inline(always)]
+    fn bridge(opening: R, laps: &[R; 4], clearance: R) -> R {
+        let pa = area(opening - laps[0], clearance);
+        let bt = area(opening - laps[1], clearance);
+        let pb = area(-opening - laps[2], clearance);
+        let at = area(-opening - laps[3], clearance);
+        let all = (pa + pb).hypot(at + bt).max(R::constant(1e-12));
+        R::constant(std::f64::consts::SQRT_2) * (pa * bt - at * pb) / all
+    }
+}
+
+/// What an edge opens that is moved so far beyond its lap.
+#[inline(always)]
+fn area<R: Real>(beyond: R, clearance: R) -> R {
+    R::constant(0.5) * (beyond + beyond.hypot(clearance + clearance))
+}
+
+impl<R: Real> Act<R> for OverlapOfBridge<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        // What is rounded in it alike where all edges are sharp and in line.
+        let zero = R::constant(0.0);
+        let ideal = Self::bridge(opening, &[zero; 4], zero);
+        opening + (Self::bridge(opening, &self.laps, self.clearance) - ideal)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_bridge_of_edges_is_theirs() {
+        let at = |laps: [f64; 4], clearance: f64, x: f64| {
+            let mut values = laps.into_iter().chain([clearance]);
+            let effect: OverlapOfBridge<f64> = OverlapOfBridge::new(|| values.next().unwrap());
+            effect.opening(x)
+        };
+        // Alike they are a lap; an underlap doubles the gain near null.
+        assert!((at([5.0; 4], 0.0, 30.0) - 25.0).abs() < 1e-12);
+        assert!((at([-5.0; 4], 0.0, 1.0) - 2.0).abs() < 1e-12);
+        assert_eq!(
+            [at([5.0; 4], 0.0, 0.0), at([0.0; 4], 0.0, -7.3)],
+            [0.0, -7.3]
+        );
+        // Two edges in series pass what 1/sqrt(1/a^2 + 1/b^2) of one does, and the others nothing.
+        let series = |a: f64, b: f64| (2.0 / (a.powi(-2) + b.powi(-2))).sqrt();
+        assert!((at([5.0, 2.0, 1.0, 4.0], 0.0, 30.0) - series(25.0, 28.0)).abs() < 1e-12);
+        assert!((at([5.0, 2.0, 1.0, 4.0], 0.0, -30.0) + series(29.0, 26.0)).abs() < 1e-12);
+        // Far away a clearance is none.
+        assert!((at([0.0; 4], 1.0, 1e4) - 1e4).abs() < 1e-3);
+    }
 
     #[test]
     fn a_clearance_rounds_the_edge_and_far_from_it_takes_itself_off() {

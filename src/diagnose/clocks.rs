@@ -95,15 +95,15 @@ fn hum_of(records: &[Vec<Compared>], observed: &[Output]) -> Option<Common> {
 fn stretches(parts: &[Compared], output: Output) -> Vec<Stretch> {
     let measuring = Compared::measuring(parts, output);
     let pieces = |one: &Compared| -> Vec<Stretch> {
-        let piece = |rows: std::ops::Range<usize>| {
-            let samples = &one.series.samples[rows.clone()];
-            let left = samples.iter().zip(&one.simulated[rows]);
+        let piece = |rows: Vec<usize>| {
+            let samples = rows.iter().map(|&row| &one.series.samples[row]);
+            let left = samples.clone().zip(&rows);
             Stretch {
-                time: samples.iter().map(|sample| sample.input.time).collect(),
+                time: samples.clone().map(|sample| sample.input.time).collect(),
                 left: left
-                    .map(|(sample, own)| sample.target[output] - own[output])
+                    .map(|(sample, &row)| sample.target[output] - one.simulated[row][output])
                     .collect(),
-                beside: samples.iter().map(|sample| sample.input.command).collect(),
+                beside: samples.map(|sample| sample.input.command).collect(),
             }
         };
         one.series.pieces().into_iter().map(piece).collect()

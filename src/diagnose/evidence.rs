@@ -118,6 +118,8 @@ pub(super) struct Model {
     pub(super) measured: Sides<usize>,
     /// Whether it leaves nothing but noise, once that was asked.
     followed: OnceLock<bool>,
+    /// The strongest lines in what it leaves, once they were asked for.
+    lines: OnceLock<Outputs<Option<f64>>>,
 }
 
 impl Model {
@@ -284,16 +286,33 @@ impl Evidence {
         if fastest.is_normal() {
             self.sizes.speed = fastest;
         }
-        for (output, residual) in model.structure().observed.iter().zip(&model.fit) {
-            let unit = self.scale[*output].sqrt();
-            let measured = residual.iter().map(|value| value / unit).collect();
-            // Rounding has lines where a slow ramp passes its steps.
-            let beyond = match self.noise.get(output.name()) {
-                Some(noise) if noise.is_resolution() => &noise.beyond(measured),
-                _ => residual,
-            };
-            let piece = first_piece(self.records(Side::Fit), *output);
-            self.sizes.lines[*output] = strongest_line(&beyond[piece], self.sizes.interval);
+        self.sizes.lines = self.lines(model);
+    }
+
+    /// The strongest line in what `model` leaves of each output on the fitted rows.
+    fn lines(&self, model: &Model) -> Outputs<Option<f64>> {
+        *model.lines.get_or_init(|| {
+            let mut lines = Outputs::default();
+            for (output, residual) in model.structure().observed.iter().zip(&model.fit) {
+                let unit = self.scale[*output].sqrt();
+                let measured = residual.iter().map(|value| value / unit).collect();
+                // Rounding has lines where a slow ramp passes its steps.
+                let beyond = match self.noise.get(output.name()) {
+                    Some(noise) if noise.is_resolution() => &noise.beyond(measured),
+                    _ => residual,
+                };
+                let piece = longest_piece(self.records(Side::Fit), *output);
+                lines[*output] = strongest_line(&beyond[piece], self.sizes.interval);
+            }
+            lines
+        })
+    }
+
+    /// How large things are, and the lines in what `model` leaves.
+    pub(super) fn sizes_beside(&self, model: &Model) -> Scale {
+        Scale {
+            lines: self.lines(model),
+            ..self.sizes.clone()
         }
     }
 
@@ -523,11 +542,8 @@ impl Evidence {
                     released,
                 })
         };
-        effect
-            .trials(&self.sizes)
-            .into_iter()
-            .flat_map(one)
-            .collect()
+        let trials = effect.trials(&self.sizes_beside(model)).into_iter();
+        trials.flat_map(one).collect()
     }
 
     /// `problem` on the rows on which effects are sought.
@@ -706,6 +722,7 @@ impl Evidence {
             fit,
             hold_out,
             followed: OnceLock::new(),
+            lines: OnceLock::new(),
         })
     }
 
@@ -780,17 +797,20 @@ fn out_of_the_way(parameter: &Parameter) -> f64 {
     }
 }
 
-/// The first piece of the first of `records` that measures `output`, among the rows that count of all of them.
-fn first_piece(records: &[Series], output: Output) -> Range<usize> {
+/// The longest piece of the `records` that measure `output`, among the rows that count of all of them.
+fn longest_piece(records: &[Series], output: Output) -> Range<usize> {
+    let mut longest = 0..0;
     let mut begin = 0;
     for record in records {
-        let pieces = record.pieces();
-        match pieces.first() {
-            Some(first) if record.measured[output] => return begin..begin + first.len(),
-            _ => begin += pieces.iter().map(Range::len).sum::<usize>(),
+        for piece in record.pieces() {
+            let own = begin..begin + piece.len();
+            begin = own.end;
+            if record.measured[output] && own.len() > longest.len() {
+                longest = own;
+            }
         }
     }
-    begin..begin
+    longest
 }
 
 /// Lets the free parameters start at `values`.
@@ -911,6 +931,7 @@ pub(super) mod tests {
             hold_out: Vec::new(),
             measured: Sides::default(),
             followed: OnceLock::new(),
+            lines: evidence.sizes.lines.into(),
         }
     }
 
@@ -1055,6 +1076,24 @@ pub(super) mod tests {
         evidence.screened_on = rows();
         evidence.sought_on = rows();
         evidence
+    }
+
+    /// Another cause may have lines of its own, until it is named.
+    #[test]
+    fn hums_are_sought_at_the_line_that_a_model_leaves() {
+        let bare = Structure::actuator(10.0, "V");
+        let effect = |name: &str| name.parse::<Effect>().unwrap();
+        let values = [at("gain", 100.0), at("feed_forward", 0.002)];
+        let evidence = planted(&bare, effect("feed_forward"), &values);
+        for line in [20.0, 71.0] {
+            let mut model = evidence.polished(evidence.problem(&bare, &values)).unwrap();
+            for (row, left) in model.fit[0].iter_mut().enumerate() {
+                *left += 100.0 * (TAU * line * 1e-3 * row as f64).sin();
+            }
+            let starts = evidence.search_starts(&model, &effect("command_hum"));
+            let found = starts[0].trial[0];
+            assert!((found - line).abs() < 0.2, "{found} instead of {line}");
+        }
     }
 
     #[test]

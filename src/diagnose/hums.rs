@@ -63,17 +63,12 @@ fn stretches(
             continue;
         }
         for rows in series.pieces() {
-            let samples = &series.samples[rows.clone()];
-            let own = samples.iter().zip(&with[rows.clone()]);
-            let both = with[rows.clone()].iter().zip(&without[rows]);
+            let of = |value: &dyn Fn(usize) -> f64| rows.iter().map(|&row| value(row)).collect();
+            let (samples, own) = (&series.samples, |row: usize| with[row][output]);
             stretches.push(Stretch {
-                time: samples.iter().map(|one| one.input.time).collect(),
-                left: own
-                    .map(|(one, own)| one.target[output] - own[output])
-                    .collect(),
-                beside: both
-                    .map(|(with, without)| with[output] - without[output])
-                    .collect(),
+                time: of(&|row| samples[row].input.time),
+                left: of(&|row| samples[row].target[output] - own(row)),
+                beside: of(&|row| own(row) - without[row][output]),
             });
         }
     }

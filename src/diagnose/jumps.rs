@@ -32,8 +32,8 @@ pub(super) fn answers(records: &[Series], output: Output, values: &[Vec<f64>]) -
     for (series, values) in measuring.filter(|(series, _)| series.measured[output]) {
         let command = commands(series);
         for rows in series.pieces() {
-            let (time, command) = (&series.time[rows.clone()], &command[rows.clone()]);
-            answers.add(time, command, &values[rows], high - low);
+            let of = |all: &[f64]| -> Vec<f64> { rows.iter().map(|&row| all[row]).collect() };
+            answers.add(&of(&series.time), &of(&command), &of(values), high - low);
         }
     }
     answers

@@ -289,7 +289,7 @@ pub(super) fn first_counting(series: &Series) -> usize {
 /// Where each record, or each piece of one, begins among the rows that count.
 pub(super) fn starts<'a>(records: impl IntoIterator<Item = &'a Series>) -> Vec<usize> {
     let mut count = 0;
-    let begin = |piece: Range<usize>| {
+    let begin = |piece: Vec<usize>| {
         let begin = count;
         count += piece.len();
         begin

@@ -5,7 +5,6 @@ use crate::evaluate::problem::Series;
 use crate::model::{Output, Outputs, Structure};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 /// The outputs of every row of each record, in the order of [`Output::ALL`].
 pub type Trajectories = Vec<Vec<Outputs<f64>>>;
@@ -78,7 +77,7 @@ pub(super) fn residual(compared: &[Compared], output: Output) -> Vec<f64> {
 pub(super) fn residual_in_all_rows(compared: &[Compared], output: Output) -> Vec<f64> {
     let one = |one: &Compared| match one.series.measured[output] {
         true => residual(&[*one], output),
-        false => vec![0.0; one.series.pieces().iter().map(Range::len).sum()],
+        false => vec![0.0; one.series.pieces().iter().map(Vec::len).sum()],
     };
     compared.iter().flat_map(one).collect()
 }

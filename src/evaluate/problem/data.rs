@@ -3,8 +3,9 @@
 use crate::model::integrate::substeps;
 use crate::model::{Hold, Input, Outputs};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
+/// Rows come one after the other where the time between them is less than this many times that between rows beside them.
+const ONE_AFTER_THE_OTHER: f64 = 1.5;
 /// How much of an interval between rows may be taken for rounding of the time stamps.
 pub(crate) const JITTER: f64 = 1e-6;
 
@@ -83,17 +84,29 @@ pub struct Series {
 }
 
 impl Series {
-    /// The rows that count, those of weight 0 left out, piece by piece.
-    pub fn pieces(&self) -> Vec<Range<usize>> {
-        let mut found: Vec<Range<usize>> = Vec::new();
+    /// The rows that count, those of weight 0 left out, piece by piece: a sample between two rows that come one after the other is none
+    /// that is left out.
+    pub fn pieces(&self) -> Vec<Vec<usize>> {
+        let mut found: Vec<Vec<usize>> = Vec::new();
         let counting = |(_, sample): &(usize, &Sample)| sample.weight > 0.0;
         for (row, _) in self.samples.iter().enumerate().filter(counting) {
             match found.last_mut() {
-                Some(last) if last.end == row => last.end += 1,
-                _ => found.push(row..row + 1),
+                Some(rows) if self.follows(rows[rows.len() - 1], row) => rows.push(row),
+                _ => found.push(vec![row]),
             }
         }
         found
+    }
+
+    /// Whether no row is between these two: the time from one to the other is that between others beside them.
+    fn follows(&self, one: usize, other: usize) -> bool {
+        let interval = |row: usize| Some(self.time.get(row + 1)? - self.time[row]);
+        let before = one.checked_sub(1).and_then(interval);
+        let beside = [before, interval(other)].into_iter().flatten();
+        let beside = beside.fold(f64::INFINITY, f64::min);
+        let next = other == one + 1;
+        next || (other == one + 2
+            && self.time[other] - self.time[one] < ONE_AFTER_THE_OTHER * beside)
     }
 
     /// Lets time, as the model sees it, be so many `seconds` later in every row. [`Self::time`] stays as it was recorded.
@@ -306,9 +319,14 @@ mod tests {
             measured: Outputs::all(true),
             samples: weights.iter().map(sample).collect(),
         };
-        let series = of(&[0.0, 1.0, 2.0, 0.0, 0.0, 1.0]);
-        assert_eq!(series.pieces(), [1..3, 5..6]);
+        let mut series = of(&[0.0, 1.0, 2.0, 0.0, 0.0, 1.0, 0.0, 1.0]);
+        assert_eq!(series.pieces(), [vec![1, 2], vec![5], vec![7]]);
         assert!(of(&[0.0]).pieces().is_empty());
+        // Nobody measured what is between the last two.
+        series.time[6..].copy_from_slice(&[5.3, 6.0]);
+        series.time.push(7.0);
+        series.samples.push(series.samples[7]);
+        assert_eq!(series.pieces(), [vec![1, 2], vec![5, 7, 8]]);
     }
 
     #[test]

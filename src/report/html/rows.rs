@@ -80,12 +80,12 @@ impl Rows {
             let rows = side.before.series.pieces();
             rows.into_iter().map(move |rows| (side, rows))
         });
-        let mut pieces: Vec<(&Side, Range<usize>)> = pieces.collect();
-        pieces.sort_by(|(one, a), (other, b)| one.time(a.start).total_cmp(&other.time(b.start)));
+        let mut pieces: Vec<(&Side, Vec<usize>)> = pieces.collect();
+        pieces.sort_by(|(one, a), (other, b)| one.time(a[0]).total_cmp(&other.time(b[0])));
         let (Some((one, first)), Some((other, last))) = (pieces.first(), pieces.last()) else {
             return;
         };
-        let (begin, end) = (one.time(first.start), other.time(last.end - 1));
+        let (begin, end) = (one.time(first[0]), other.time(last[last.len() - 1]));
         let shift = match self.time.last() {
             Some(before) => begin - before - 0.01 * (end - begin),
             None => 0.0,

@@ -165,17 +165,19 @@ impl<'a, 'b> Selection<'a, 'b> {
         let mut as_complete = Vec::new();
         let beneath = self.beneath.clone();
         let beneath = beneath.as_ref().unwrap_or(base);
-        let causes = self.refits.get(&names(beneath.structure()));
-        let causes = causes.cloned().unwrap_or_default();
+        let causes = self.causes(beneath);
         if !self.evidence.is_followed_by(&model) {
+            // What the sensors add may have stood for a cause of the same name.
+            let alone = self.causes(base);
             if self.stage.goes_on() {
-                // What the sensors add may have stood for a cause of the same name.
-                let alone = self.refits.get(&names(base.structure())).cloned();
-                let all = [&causes[..], &alone.unwrap_or_default()].concat();
+                let all = [&causes[..], &alone].concat();
                 let closer = |other| come_closer(self.evidence, other, beneath, &all);
                 closer_the_other_way = self.allowed.other_hold.is_some_and(closer);
             }
             if !closer_the_other_way {
+                if self.beneath.is_some() {
+                    self.begin_without_sensors(base, beneath, alone, &mut model, &mut order)?;
+                }
                 self.begin_otherwise(base, beneath, causes, &mut model, &mut order)?;
             }
             self.drop_superfluous(&mut model, &mut order);
@@ -231,7 +233,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             };
             let before = model.loss(Side::HoldOut);
             order.extend(new(&next, &order));
-            model = next;
+            model = self.evidence.released(&next).unwrap_or(next);
             if from_the_base && let Some(noise) = self.evidence.quieter(&model) {
                 self.quieter = Some(noise);
                 break;
@@ -298,32 +300,73 @@ impl<'a, 'b> Selection<'a, 'b> {
             .partition(|(_, one)| self.evidence.same(&first, one));
         let tied = other_beginnings(tied, order).map(|one| (one, true));
         let others = other_beginnings(others, order).map(|one| (one, false));
-        for ((effect, start), tied) in tied.chain(others) {
-            if !self.stage.goes_on() || self.evidence.is_followed_by(model) {
-                break;
-            }
-            let noted = self.considered.len();
-            let begun = [&given[..], &[effect]].concat();
-            let rival = (!tied).then_some(&*model);
-            let (other, effects) = self.grown(base, start, begun, rival)?;
-            if !self.evidence.is_followed_by(&other) && !self.evidence.outdoes(&other, model) {
-                self.considered.truncate(noted);
-                continue;
-            }
-            let later = self.considered.split_off(noted);
-            self.considered.retain(|one| one.round <= round);
-            let of_first = |one: &&mut Considered| one.round == round;
-            for one in self.considered.iter_mut().filter(of_first) {
-                one.decision = match one.decision {
-                    _ if one.effect == effect => Decision::Chosen,
-                    Decision::Chosen => Decision::Outdone,
-                    other => other,
-                };
-            }
-            self.considered.extend(later);
-            (*model, *order) = (other, effects);
+        for (beginning, tied) in tied.chain(others) {
+            self.begin_with(base, &given, beginning, tied, model, order)?;
         }
         Ok(())
+    }
+
+    /// The best of the causes that stand `alone` on the base model begins as well, where it does better than all that the sensors add,
+    /// which were preferred because they are simpler.
+    fn begin_without_sensors(
+        &mut self,
+        base: &Model,
+        beneath: &Model,
+        mut alone: Alternatives,
+        model: &mut Model,
+        order: &mut Vec<Effect>,
+    ) -> Result<()> {
+        let enough = |one: &Model| self.max_effects > 1 && self.worth(base, one);
+        let closer = |one: &Model| one.loss(Side::HoldOut) < beneath.loss(Side::HoldOut);
+        alone.retain(|(_, one)| closer(one) && enough(one));
+        if let Some(best) = other_beginnings(alone, &[]).next() {
+            self.begin_with(base, &[], best, false, model, order)?;
+        }
+        Ok(())
+    }
+
+    /// An effect begins on top of those that are `given`. What grows from it takes the place of `model` where that leaves
+    /// something, if it is complete or surely better; where it was not `tied` with what `model` began with, it has to be better soon.
+    fn begin_with(
+        &mut self,
+        base: &Model,
+        given: &[Effect],
+        (effect, start): (Effect, Model),
+        tied: bool,
+        model: &mut Model,
+        order: &mut Vec<Effect>,
+    ) -> Result<()> {
+        if !self.stage.goes_on() || self.evidence.is_followed_by(model) {
+            return Ok(());
+        }
+        let round = 1 + self.choices(given);
+        let noted = self.considered.len();
+        let begun = [given, &[effect]].concat();
+        let rival = (!tied).then_some(&*model);
+        let (other, effects) = self.grown(base, start, begun, rival)?;
+        if !self.evidence.is_followed_by(&other) && !self.evidence.outdoes(&other, model) {
+            self.considered.truncate(noted);
+            return Ok(());
+        }
+        let later = self.considered.split_off(noted);
+        self.considered.retain(|one| one.round <= round);
+        let of_first = |one: &&mut Considered| one.round == round;
+        for one in self.considered.iter_mut().filter(of_first) {
+            one.decision = match one.decision {
+                _ if one.effect == effect => Decision::Chosen,
+                Decision::Chosen => Decision::Outdone,
+                other => other,
+            };
+        }
+        self.considered.extend(later);
+        (*model, *order) = (other, effects);
+        Ok(())
+    }
+
+    /// Every effect that was refitted on top of `model`.
+    fn causes(&self, model: &Model) -> Alternatives {
+        let known = self.refits.get(&names(model.structure()));
+        known.cloned().unwrap_or_default()
     }
 
     /// Where several effects make `model` complete, those of the `causes` that, in the place of the first, lead to a model of no more
@@ -672,6 +715,9 @@ impl<'a, 'b> Selection<'a, 'b> {
             forms.map(move |form| (effect, form))
         });
         let changes: Vec<(Effect, Effect)> = changes.collect();
+        if changes.is_empty() {
+            return None;
+        }
         let own = self.evidence.polished_a_little(model.problem.clone())?;
         let begun = changes.into_par_iter().filter_map(|(effect, form)| {
             let begun = self.evidence.handed_on(model, effect, form)?;

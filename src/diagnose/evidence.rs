@@ -1,10 +1,11 @@
 //! What a diagnosis judges models by: the measured rows in units of their noise, and models fitted to them.
 
-use super::fitted::{Fitted, least_ratio, noise_floors, quieter};
+use super::fitted::{Fitted, least_ratio, noise_floors, quieter, weights};
 use super::hums::hums_show;
 use super::left_over::{CHANCE, left_over};
 use super::linear::Linear;
 use super::measurements::{Measurements, sought_on, starts};
+use super::settled::Settled;
 use super::signals::Signals;
 use super::simulation::{Compared, Sides, Trajectories, residual_in_all_rows};
 use super::statistics::line::strongest_line;
@@ -98,6 +99,8 @@ pub(super) struct Evidence {
     pub(super) base: Vec<Parameter>,
     /// Seed of what is compared with chance.
     pub(super) seed: u64,
+    /// What moves the spool, where that alone is followed.
+    settled: Option<Settled>,
     /// What was computed before the run was cut off.
     pub(super) memory: Memory,
     /// Candidates evaluated on it so far.
@@ -148,6 +151,15 @@ impl Model {
         }
     }
 
+    /// What it leaves of `output` on the fitted rows, in units of the noise.
+    pub(super) fn left(&self, output: Output) -> f64 {
+        let channels = self.structure().observed.iter().zip(&self.fit);
+        let own = channels.filter(|(channel, _)| **channel == output);
+        let own = own.flat_map(|(_, residual)| residual);
+        let (sum, count) = own.fold((0.0, 0), |(sum, count), r| (sum + r * r, count + 1));
+        (sum / f64::from(count.max(1))).sqrt()
+    }
+
     /// What begins as this `problem`; its residuals are still those of before.
     pub(super) fn begun_with(&self, problem: Problem) -> Self {
         Self {
@@ -190,10 +202,11 @@ pub(super) enum Side {
 }
 
 impl Evidence {
-    /// The rows by which effects are chosen, in units of the noise by which `before` was fitted, in steps that suit its rates.
+    /// The rows by which effects are chosen, in units of their `noise`, in steps that suit the rates of `before`.
     pub(super) fn new(
         before: &Fitted,
         noise: &BTreeMap<String, Noise>,
+        settled: Option<Settled>,
         measurements: &Measurements,
         sizes: Scale,
         plan: &Plan,
@@ -207,7 +220,7 @@ impl Evidence {
             before.problem.structure.fastest_rate(&near)
         };
         let chosen_by = measurements.chosen_by();
-        let scale = before.problem.scale;
+        let scale = weights(noise, &measurements.fit);
         let headroom = headroom(largest_over_noise(&chosen_by.fit, &scale));
         let judging = |records: Vec<Series>| Stepped::new(records, rate(headroom), 1.0);
         let least = headroom.min(SEEKING_HEADROOM);
@@ -227,6 +240,7 @@ impl Evidence {
             sizes,
             base: before.problem.parameters.clone(),
             seed: CHANCE,
+            settled,
             memory: plan.memory.clone(),
             evaluations: AtomicUsize::default(),
         }
@@ -248,8 +262,29 @@ impl Evidence {
             return None;
         }
         let mut problem = before.problem.clone();
+        problem.scale = self.scale;
         set_start(&mut problem, before.fit.values());
+        if let Some(settled) = &self.settled {
+            settled.hold(&mut problem);
+        }
         self.polished(problem)
+    }
+
+    /// Lets what was settled by the spool alone move again. Whether it was held.
+    pub(super) fn release(&self, problem: &mut Problem) -> bool {
+        let settled = self.settled.as_ref();
+        settled.is_some_and(|settled| settled.release(problem))
+    }
+
+    /// `model` with what was settled by the spool alone free to move; `None` where nothing is held, or where the flow then bends the
+    /// spool.
+    pub(super) fn released(&self, model: &Model) -> Option<Model> {
+        let mut problem = model.problem.clone();
+        if !self.release(&mut problem) {
+            return None;
+        }
+        let released = self.polished(problem)?;
+        (released.left(Output::Spool) <= NEAR).then_some(released)
     }
 
     fn rows(&self, side: Side) -> &Stepped {
@@ -385,6 +420,7 @@ impl Evidence {
                 && !parameter.is_fixed()
             {
                 parameter.set_nominal(parameter.clamp(from.nominal()));
+                parameter.set_fixed(from.is_fixed());
             }
         }
         let rate = rate_at(structure, &parameters);
@@ -402,7 +438,9 @@ impl Evidence {
         let Start { trial, released } = start;
         let structure = model.structure().with(effect);
         let mut start = model.problem.parameters.clone();
-        let imitates = |p: &&mut Parameter| effect.entry.imitated_by.contains(&p.name.as_str());
+        let imitates = |p: &&mut Parameter| {
+            !p.is_fixed() && effect.entry.imitated_by.contains(&p.name.as_str())
+        };
         if *released {
             let imitating = start.iter_mut().filter(imitates);
             imitating.for_each(|parameter| parameter.set_nominal(out_of_the_way(parameter)));
@@ -411,6 +449,7 @@ impl Evidence {
                 .flat_map(|known| known.parameters(&self.sizes))
             {
                 let own = start.iter_mut().filter(|own| own.name == known.name);
+                let own = own.filter(|own| !own.is_fixed());
                 own.for_each(|own| own.set_nominal(own.clamp(known.nominal())));
             }
         }
@@ -742,7 +781,7 @@ impl Evidence {
 
     /// `model` in the deepest valley that hops from it lead to; `None` where they lead nowhere.
     pub(super) fn deepened(&self, model: &Model) -> Option<Model> {
-        let mut problem = self.problem(model.structure(), &self.base);
+        let mut problem = self.problem(model.structure(), &model.problem.parameters);
         let (values, evaluations) =
             hop_on(&problem, &model.problem.start(), self.seed, &self.memory);
         self.count(evaluations);
@@ -919,6 +958,7 @@ pub(super) mod tests {
             sizes,
             base,
             seed: 1,
+            settled: None,
             memory: Memory::default(),
             evaluations: AtomicUsize::default(),
         }

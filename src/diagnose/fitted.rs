@@ -12,13 +12,13 @@ use super::unexcited::{Sharpened, Unexcited, set_what_is_open};
 use super::verdict::NEAR;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Problem, Score, reference};
-use crate::model::{Complete, Output};
+use crate::model::{Complete, Output, Outputs};
 use crate::search::{Fit, Plan};
 use std::collections::BTreeMap;
 
 /// No channel's noise is taken to be smaller than this fraction of its range: no converter of 24 bits resolves it, and
 /// single-precision logs do not store it.
-pub(super) const SMALLEST_NOISE: f64 = 6e-8;
+const SMALLEST_NOISE: f64 = 6e-8;
 
 /// The integrator may err by this fraction of a channel's deviation, or by its noise: more excuses no model.
 pub(super) const TOLERATED: f64 = 1e-4;
@@ -291,6 +291,17 @@ fn records(problem: &Problem) -> &[Series] {
         Data::Series(records) => records,
         Data::Tones(_) => unreachable!("records were given"),
     }
+}
+
+/// What one unit of squared error in each output counts for where it has this `noise` in `records`.
+pub(super) fn weights(noise: &BTreeMap<String, Noise>, records: &[Series]) -> Outputs<f64> {
+    Outputs::from_fn(|output| {
+        let range = variance(records, output).sqrt();
+        let noise = noise.get(output.name());
+        noise.map_or(0.0, |noise| {
+            noise.value.max(SMALLEST_NOISE * range).powi(-2)
+        })
+    })
 }
 
 /// Variance of an output over all records; 1 where it does not vary.

@@ -4,8 +4,8 @@ use super::added::{Considered, Decision};
 use super::attribution::{Allowed, Attribution, Selection, Sought};
 use super::between_rows::with_jumps_placed;
 use super::clocks::with_clocks_set;
-use super::evidence::{Evidence, Model, Side};
-use super::fitted::{Fitted, SMALLEST_NOISE, least_ratio, quieter, variance};
+use super::evidence::{Evidence, Model, Side, set_start};
+use super::fitted::{Fitted, least_ratio, quieter, weights};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{Between, OtherHold, complete_other_way, is_closer, other_hold, other_way};
 use super::identified::Identified;
@@ -14,6 +14,7 @@ use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
 use super::quiet_inputs::with_quiet_inputs;
 use super::run_in::{at_rest, is_better, with_run_in};
+use super::settled::{Settled, tears, with_flow_left};
 use super::signature::{closest, of_effects, of_residual};
 use super::simulation::{Compared, Sides, residual_in_all_rows};
 use super::stage::Stage;
@@ -24,7 +25,7 @@ use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Evaluator, Problem};
 use crate::model::effects::{Effect, Scale};
-use crate::model::{Output, Outputs};
+use crate::model::{Output, Parameter};
 use crate::search::{Fit, Plan, fit_and_hop, refine};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
@@ -214,22 +215,33 @@ impl<'d> Diagnosis<'d> {
         noise: BTreeMap<String, Noise>,
     ) -> Result<Identified> {
         // Each channel now counts by its noise.
-        problem.scale = Outputs::from_fn(|output| {
-            let range = variance(&self.measurements.fit, output).sqrt();
-            let noise = noise.get(output.name());
-            noise.map_or(0.0, |noise| {
-                noise.value.max(SMALLEST_NOISE * range).powi(-2)
-            })
-        });
+        problem.scale = weights(&noise, &self.measurements.fit);
         self.stage.begins("base model: polishing");
-        let before = self.polished(problem, start, &noise)?;
-        let sizes = self.sizes.clone();
-        let evidence = Evidence::new(&before, &noise, self.measurements, sizes, self.plan);
+        let mut before = self.polished(problem, start, &noise)?;
         // Also where no effect is asked: it takes a second.
-        let located_before = match before.structured() {
-            true => self.located(&before, &noise),
-            false => None,
+        let (located_before, spool) = match before.structured() {
+            true => self.located(&before, &noise).unzip(),
+            false => (None, None),
         };
+        let alone = located_before.as_ref().zip(spool);
+        let settled =
+            alone.and_then(|(located, spool)| Settled::new(located, spool, &before, &noise));
+        if let (Some(settled), Some(located)) = (&settled, &located_before) {
+            let mut problem = before.problem.clone();
+            set_start(&mut problem, before.fit.values());
+            settled.hold(&mut problem);
+            settled.release(&mut problem);
+            before = self.beside_the_flow(problem, located.path, &noise)?;
+        }
+        let sizes = self.sizes.clone();
+        let evidence = Evidence::new(
+            &before,
+            &noise,
+            settled,
+            self.measurements,
+            sizes,
+            self.plan,
+        );
         let asked = self
             .options
             .asked(&before.problem.structure, self.measurements.is_static);
@@ -304,7 +316,7 @@ impl<'d> Diagnosis<'d> {
         let noise = after.tested_by.clone();
         let located = match verdict {
             Verdict::Unexplained | Verdict::NotDiagnosed => located_before,
-            Verdict::Partly => self.located(&after, &noise),
+            Verdict::Partly => self.located(&after, &noise).map(|(located, _)| located),
             Verdict::Found | Verdict::None => None,
         };
         let between = self.between(&after, closer);
@@ -358,14 +370,31 @@ impl<'d> Diagnosis<'d> {
         ))
     }
 
+    /// The fit of `problem` from its start, where the flow counts by so many times its `noise` as are left of it.
+    fn beside_the_flow(
+        &mut self,
+        mut problem: Problem,
+        left: f64,
+        noise: &BTreeMap<String, Noise>,
+    ) -> Result<Fitted> {
+        problem.scale = with_flow_left(&problem.scale, left);
+        let start = problem.start();
+        self.polished(problem, &start, noise)
+    }
+
     /// The fit, on the records as they are, of a `model` that was fitted to the evidence.
     fn fitted(&mut self, base: &Base, model: &Model) -> Result<Fitted> {
-        let problem = Problem {
+        let mut problem = Problem {
             data: base.fitted.problem.data.clone(),
             ..model.problem.clone()
         };
+        let held = base.evidence.release(&mut problem);
         let start = problem.start();
-        self.polished(problem, &start, base.noise)
+        let fitted = self.polished(problem.clone(), &start, base.noise)?;
+        match held && tears(&fitted, base.noise) {
+            true => self.beside_the_flow(problem, model.left(Output::Flow), base.noise),
+            false => Ok(fitted),
+        }
     }
 
     /// Which of the effects that were asked the base model lacks; `None` where none was looked for.
@@ -430,8 +459,12 @@ impl<'d> Diagnosis<'d> {
         least_ratio(&compared, &fitted.problem.structure.observed, floor)
     }
 
-    /// Where `fitted` fails.
-    fn located(&mut self, fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> Option<Located> {
+    /// Where `fitted` fails, and what the spool alone was fitted by.
+    fn located(
+        &mut self,
+        fitted: &Fitted,
+        noise: &BTreeMap<String, Noise>,
+    ) -> Option<(Located, Vec<Parameter>)> {
         if !self.stage.goes_on() {
             return None;
         }

@@ -15,7 +15,7 @@ use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Interrupt, Problem, reference};
 use crate::model::base::servo_valve::SPOOL_GAIN;
 use crate::model::effects::{Effect, Port};
-use crate::model::{Complete, Drive, Hold, Output, Outputs, Structure};
+use crate::model::{Complete, Drive, Hold, Output, Outputs, Parameter, Structure};
 use crate::search::polish_on_data;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -104,10 +104,12 @@ pub struct Located {
     pub chain: f64,
 }
 
-/// A piece of the model on its rows held out: its error over the noise, and the chance that this is too large.
+/// A piece of the model on its rows held out: its error over the noise, and the chance that this is too large; and what was fitted
+/// to the others.
 struct Piece {
     ratio: f64,
     fails: f64,
+    fitted: Vec<Parameter>,
 }
 
 /// A place is sure where the confidence in it is above this.
@@ -129,17 +131,17 @@ impl Located {
     }
 }
 
-/// Where `fitted` fails; `None` where it has no two pieces, where one does not fit at all, or where none fails. Several places are one
-/// where the others fail by what any bench adds alone.
+/// Where `fitted` fails, and what the spool alone was fitted by; `None` where it has no two pieces, where one does not fit at all, or
+/// where none fails. Several places are one where the others fail by what any bench adds alone.
 pub(super) fn located(
     fitted: &Fitted,
     measurements: &Measurements,
     noise: &BTreeMap<String, Noise>,
     interrupt: &Interrupt,
-) -> Option<Located> {
+) -> Option<(Located, Vec<Parameter>)> {
     let mut cut = Cut::new(fitted, measurements, noise, interrupt)?;
     let alone = cut.place()?;
-    if alone.place != Place::Several {
+    if alone.0.place != Place::Several {
         return Some(alone);
     }
     cut.sensors = true;
@@ -207,8 +209,10 @@ impl<'a> Cut<'a> {
         })
     }
 
-    fn place(&self) -> Option<Located> {
-        place_of(&self.spool()?, &self.path()?, &self.chain()?)
+    fn place(&self) -> Option<(Located, Vec<Parameter>)> {
+        let spool = self.spool()?;
+        let located = place_of(&spool, &self.path()?, &self.chain()?)?;
+        Some((located, spool.fitted))
     }
 
     fn spool(&self) -> Option<Piece> {
@@ -290,6 +294,7 @@ impl<'a> Cut<'a> {
         Some(Piece {
             ratio: mean.sqrt() / floor,
             fails: Normal::standard().cdf(above),
+            fitted: problem.free(),
         })
     }
 
@@ -338,7 +343,6 @@ impl<'a> Cut<'a> {
 mod tests {
     use super::*;
     use crate::diagnose::{Cut as Share, IdentificationProblem};
-    use crate::model::Parameter;
     use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
     use crate::search::{Plan, refine};
     use crate::simulator::Setup;
@@ -388,7 +392,7 @@ mod tests {
             let fitted = Fitted::new(problem, fit, measurements, None, &plan);
             let noise = fitted.noise(measurements, false);
             let interrupt = plan.memory.interrupt();
-            let located = located(&fitted, measurements, &noise, interrupt).unwrap();
+            let (located, _) = located(&fitted, measurements, &noise, interrupt).unwrap();
             let admits = |name: &str| located.admits(&name.parse().unwrap());
             assert!(!admits(elsewhere), "{planted}: {located:?}");
             assert!(admits(at_home), "{planted}: {located:?}");

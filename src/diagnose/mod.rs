@@ -61,6 +61,7 @@ mod quiet_inputs;
 mod run_in;
 mod screen;
 mod sensors;
+mod settled;
 mod signals;
 mod signature;
 mod simulation;

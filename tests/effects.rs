@@ -173,6 +173,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "pilot_supply",
         "null_bias~pilot",
         "overlap~bridge",
+        "dead_band~feedback",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -552,7 +553,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 100] = [
+const TWINS: [Twin; 101] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1072,6 +1073,11 @@ const TWINS: [Twin; 100] = [
             ("overlap_a_t", 4.0),
             ("edge_clearance", 1.5),
         ],
+    ),
+    (
+        "dead_band~feedback=0.3",
+        "dead_band~feedback",
+        &[("slot_clearance", 0.3)],
     ),
     (
         "null_bias~pilot=-0.2",

@@ -288,6 +288,12 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             ],
         ),
         (
+            "dead_band~feedback=0.3",
+            "dead_band,null_bias,hysteresis,dc_gain",
+            ["dead_band", "feedback"],
+            &[("slot_clearance", 0.3)],
+        ),
+        (
             "null_bias~pilot=0.4",
             "null_bias,asymmetric_gain,slew_limit,dc_gain",
             ["null_bias", "pilot"],

@@ -305,7 +305,7 @@ impl Kind {
         match self {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade, Form::Loop], &[]),
             Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2,
-                &[Form::Compensated], &[("start", 0.06, &[Form::Compensated])]),
+                &[Form::Compensated, Form::Feedback], &[("start", 0.06, &[Form::Compensated])]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96,
                 &[Form::Creeping, Form::Heating, Form::Leaking],
                 &[("time", 0.5, &[Form::Creeping, Form::Heating]), ("zero", 0.0, &[Form::Leaking])]),

@@ -41,6 +41,8 @@ pub(super) struct Spool {
     leak: (f64, f64),
     before_limit: Option<BeforeLimit>,
     backlash: Option<Backlash>,
+    /// Within how much of null its loop is fed back nothing, V.
+    slot_clearance: f64,
     linkage: Option<Backlash>,
     /// The iron of a torque motor, which the error comes through.
     iron: Option<Plays>,
@@ -427,6 +429,7 @@ impl Spool {
             }),
             before_limit: BeforeLimit::planted(planted),
             backlash: play(Form::Feedback).or_else(|| play(Form::Transducer)),
+            slot_clearance: limit(Kind::DeadBand, Form::Feedback).unwrap_or(0.0),
             linkage: play(Form::Linkage),
             iron: find(planted, Kind::Hysteresis, Form::Loop).map(|p| {
                 Plays::of_any_width(
@@ -648,7 +651,8 @@ impl Spool {
     /// What its loop is fed back of a spool at `x`, V.
     fn fed_back(&self, x: f64) -> f64 {
         let follower = self.backlash.as_ref().map_or(x, |play| play.follower(x));
-        self.transducer.shown(follower)
+        let shown = self.transducer.shown(follower);
+        shown - shown.clamp(-self.slot_clearance, self.slot_clearance)
     }
 
     /// The command with what its controller has integrated of the error before that is limited, V.

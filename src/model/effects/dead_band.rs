@@ -2,7 +2,7 @@
 
 use super::host;
 use super::view::{self, Over, Values, View};
-use super::{Act, Entry, Port};
+use super::{Act, Entry, Port, Stage};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -118,6 +118,51 @@ impl<R: Real> Act<R> for DeadBandCompensated<R> {
     }
 }
 
+pub(super) const FEEDBACK: Entry = Entry {
+    name: "dead_band~feedback",
+    port: Port::Actuator,
+    summary: "Within a clearance about null the spool is not fed back, as with a worn ball of the feedback spring in its slot",
+    finding: "the spool is not fed back within ±{slot_clearance} of null, and by as much less beyond that",
+    equation: "sat(u - y, S), y = x - clamp(x, ±slot_clearance)",
+    shows: "a spool that drives through null whatever small command there is, and rests beyond its command by as much, the same in both directions",
+    confused: "dead_band~compensated, where the command jumps and not what is fed back; hysteresis~feedback, whose play depends on the direction; null_bias, which shifts both directions the same way",
+    source: "wear of the feedback spring's ball in the slot of the spool; clearances in a loop: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        let unit = &scale.command_unit;
+        let most = 0.3 * scale.command;
+        vec![Parameter::linear("slot_clearance", unit, 0.0, 0.0, most)]
+    },
+    ..ENTRY
+};
+
+/// Within a clearance the spool is not fed back.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct DeadBandOfFeedback<R> {
+    half_width: R,
+}
+
+impl<R: Real> DeadBandOfFeedback<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { half_width: next() }
+    }
+}
+
+impl<R: Real> Act<R> for DeadBandOfFeedback<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, spool: R, _stage: &Stage<R>) -> R {
+        command + spool.clamp(-self.half_width, self.half_width)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,6 +173,20 @@ mod tests {
         let effect: DeadBandCompensated<f64> = DeadBandCompensated::new(|| values.next().unwrap());
         let found = [-2.0, -0.25, 0.0, 0.125, 3.0].map(|u| effect.command(&mut [], u));
         assert_eq!(found, [-2.5, -0.75, 0.0, 0.375, 3.5]);
+    }
+
+    #[test]
+    fn the_loop_rests_beyond_its_command_by_the_clearance() {
+        let effect: DeadBandOfFeedback<f64> = DeadBandOfFeedback::new(|| 0.5);
+        let error = |command, spool| {
+            effect.reference(&[], command, spool, &Stage::first(command, 0.0)) - spool
+        };
+        assert_eq!([error(2.0, 2.5), error(-0.25, -0.75)], [0.0, 0.0]);
+        // Within the clearance it goes on, wherever it is.
+        assert_eq!(
+            [0.25, 0.0, -0.5].map(|spool| error(0.125, spool)),
+            [0.125; 3]
+        );
     }
 
     #[test]

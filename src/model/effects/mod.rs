@@ -286,6 +286,7 @@ catalogue! {
     pilot_supply::PilotSupply,
     null_bias::NullBiasOfPilot = PILOT,
     overlap::OverlapOfBridge = BRIDGE,
+    dead_band::DeadBandOfFeedback = FEEDBACK,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -160,23 +160,27 @@ fn a_jump_that_is_answered_in_its_row_tells_that_the_command_is_not_held() {
 
 /// Rows of 2 ms of a spool that `advance` moves by a step, s, for the command at its middle, which goes on between the rows but for its
 /// steps; these come with rows where the generator has this `pace` of 1.
-fn generated(noise: f64, pace: f64, mut advance: impl FnMut(f64, f64) -> f64) -> String {
+fn generated(noise: f64, pace: f64, advance: impl FnMut(f64, f64) -> f64) -> String {
+    going_on(0.002, noise, |time| command(pace * time), advance)
+}
+
+/// The same for any `command` and `interval` between rows.
+fn going_on(
+    interval: f64,
+    noise: f64,
+    command: impl Fn(f64) -> f64,
+    mut advance: impl FnMut(f64, f64) -> f64,
+) -> String {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut text = String::from("time [s],command [V],spool [V]\n");
     let mut spool = 0.0;
     for row in 0..4000 {
         let noise = noise * normal(&mut random);
-        let time = 0.002 * f64::from(row);
-        writeln!(
-            text,
-            "{time:.3},{:.5},{:.5}",
-            command(pace * time),
-            spool + noise
-        )
-        .unwrap();
+        let time = interval * f64::from(row);
+        writeln!(text, "{time:.4},{:.5},{:.5}", command(time), spool + noise).unwrap();
         for step in 0..100 {
-            let middle = time + 2e-5 * (f64::from(step) + 0.5);
-            spool = advance(command(pace * middle), 2e-5);
+            let middle = time + interval * (f64::from(step) + 0.5) / 100.0;
+            spool = advance(command(middle), interval / 100.0);
         }
     }
     text
@@ -273,6 +277,68 @@ fn a_jump_between_two_rows_is_put_where_the_valve_answers_it() {
     .unwrap();
     let (told, _) = run(&["--out", "told", "--model", "told.toml", "--effects", "none"]);
     assert!(error(&told) > 1.1 * error(&report));
+}
+
+/// A lag takes up nearly all of what a converter would make of the command, and what has a name is followed nearly to the noise
+/// with either: the fitted rows tell, and the values are those with the one that they prefer.
+#[test]
+fn what_has_a_name_is_tried_with_what_the_rows_prefer() {
+    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
+    let smooth = |time: f64| 4.0 * (TAU * 0.9 * time).sin() + 2.0 * (TAU * 5.3 * time).sin();
+    let text = going_on(0.0005, 0.01, smooth, |u, step| {
+        let speed = (integrator - spool) / 0.0025;
+        let fed_back = spool - spool.clamp(-0.2, 0.2);
+        integrator += step * GAIN * (u - fed_back).clamp(-5.0, 5.0);
+        spool += step * speed;
+        spool
+    });
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("log.csv"), text).unwrap();
+    let call = ["identify", "log.csv", "--effects", "dead_band,null_bias"];
+    let out = ["--evaluator", "cpu", "--out", "out"];
+    let printed = printed(&servobee(folder.path(), &[&call[..], &out].concat()));
+    let report = json(folder.path().join("out/report.json"));
+    let effect = &report["effects"][0];
+    assert_eq!(
+        [&effect["name"], &effect["form"]],
+        ["dead_band", "feedback"],
+        "{printed}"
+    );
+    assert_eq!(
+        report["hold"]["taken"], report["hold"]["preferred"],
+        "{printed}"
+    );
+    let gain = report["parameters"][0]["value"].as_f64().unwrap();
+    assert!((gain / GAIN - 1.0).abs() < 0.01, "{printed}");
+}
+
+/// A slow triangle does not tell what the command does between its rows, and the loop's gain hangs on it: its interval covers both.
+#[test]
+fn an_interval_covers_what_the_command_may_do() {
+    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
+    let triangle = |time: f64| 6.0 * (4.0 * ((0.8 * time).fract() - 0.5).abs() - 1.0);
+    let text = going_on(0.001, 0.01, triangle, |u, step| {
+        let speed = (integrator - spool) / 0.0025;
+        integrator += step * GAIN * (u - spool).clamp(-5.0, 5.0);
+        spool += step * speed;
+        spool
+    });
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("log.csv"), text).unwrap();
+    let call = ["identify", "log.csv", "--effects", "none"];
+    let out = ["--evaluator", "cpu", "--out", "out"];
+    let printed = printed(&servobee(folder.path(), &[&call[..], &out].concat()));
+    let report = json(folder.path().join("out/report.json"));
+    assert!(report["hold"]["preferred"].is_null(), "{printed}");
+    let gain = &report["parameters"][0];
+    let [value, low, high] = ["value", "low", "high"].map(|key| gain[key].as_f64().unwrap());
+    assert!(low < GAIN && GAIN < high, "{gain}");
+    let (off, other) = ((value - GAIN).abs(), &report["hold"]["moved"][0]);
+    assert_eq!(other["name"], "gain", "{printed}");
+    assert!(
+        off > 5.0 && other["other"].as_f64().unwrap() > low,
+        "{gain} {other}"
+    );
 }
 
 /// A lead that the model lacks makes ramps of the jumps look right, which come as early: what the valve does in the row of a jump

@@ -189,6 +189,14 @@ pub(super) fn is_closer(errors: [f64; 2]) -> bool {
     errors[1] < (1.0 - CLOSER) * errors[0]
 }
 
+impl Between {
+    /// Whether the fitted rows prefer the other one.
+    pub(super) fn other_is_preferred(&self) -> bool {
+        let other = self.other.as_ref();
+        other.is_some_and(|other| other.preferred == Some(other.hold))
+    }
+}
+
 impl OtherHold {
     /// `taken` beside `other`, on the fitted rows.
     pub(super) fn beside(taken: &Fitted, other: &Problem, measurements: &Measurements) -> Self {

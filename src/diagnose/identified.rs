@@ -134,11 +134,12 @@ impl Identified {
     }
 
     /// Whether all effects are to be tried with the other of held and interpolated. What is ahead by half an interval may be a
-    /// command that went straight on between its rows; and what is not followed may come closer with the other.
+    /// command that went straight on between its rows; what is not followed may come closer with the other, and what has a name may
+    /// prefer it.
     pub(super) fn may_be_the_other_way(&self) -> bool {
-        let leads = |one: &Added| one.effect.leads();
+        let may = |one: &Added| one.effect.leads() || self.between.other_is_preferred();
         let left = matches!(self.verdict, Verdict::Partly | Verdict::Unexplained);
-        self.added.iter().any(leads) || (left && self.between.closer)
+        self.added.iter().any(may) || (left && self.between.closer)
     }
 
     /// Whether nothing is missing, or no more than was found.

@@ -105,7 +105,7 @@ pub fn identify(
         other.structure.hold = other_hold(&result.after, plan);
         // Beside what is complete only fewer effects count: where those do not do as well, the others need not be looked for.
         let mut may_be_better = true;
-        if result.is_complete() {
+        if result.is_complete() && !result.between.other_is_preferred() {
             diagnosis.options.max_effects = result.added.len() - 1;
             let simpler = diagnosis.of(other.clone(), start, noise.clone())?;
             diagnosis.options.max_effects = options.max_effects;
@@ -223,9 +223,9 @@ impl<'d> Diagnosis<'d> {
             true => self.located(&before, &noise).unzip(),
             false => (None, None),
         };
-        let alone = located_before.as_ref().zip(spool);
-        let settled =
-            alone.and_then(|(located, spool)| Settled::new(located, spool, &before, &noise));
+        let behind = located_before.is_some_and(|located| located.is_behind_alone());
+        let settled = spool.filter(|_| behind && tears(&before, &noise));
+        let settled = settled.map(Settled::new);
         if let (Some(settled), Some(located)) = (&settled, &located_before) {
             let mut problem = before.problem.clone();
             set_start(&mut problem, before.fit.values());

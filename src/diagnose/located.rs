@@ -122,6 +122,11 @@ impl Located {
         one_side && self.confidence > SURE
     }
 
+    /// Whether it is sure that only what acts behind the spool fails.
+    pub(super) fn is_behind_alone(&self) -> bool {
+        self.is_one_side() && self.place == Place::BehindSpool
+    }
+
     /// Whether `effect` may be what is missing. One of the spool's sensor may hide in either piece, as may one of the transducer of its
     /// loop.
     pub(super) fn admits(&self, effect: &Effect) -> bool {

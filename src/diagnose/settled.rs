@@ -6,7 +6,6 @@
 //! leaves of it.
 
 use super::fitted::Fitted;
-use super::located::{Located, Place};
 use super::statistics::noise::Noise;
 use super::verdict::NEAR;
 use crate::evaluate::Problem;
@@ -20,17 +19,9 @@ pub(super) struct Settled {
 }
 
 impl Settled {
-    /// The `parameters` of the spool, fitted alone; `None` where the model does not fail behind it for sure and nowhere else, or where
-    /// `fitted` follows the spool beside the flow, too.
-    pub(super) fn new(
-        located: &Located,
-        parameters: Vec<Parameter>,
-        fitted: &Fitted,
-        noise: &BTreeMap<String, Noise>,
-    ) -> Option<Self> {
-        let behind = located.place == Place::BehindSpool && located.is_one_side();
-        let torn = tears(fitted, noise);
-        (behind && torn).then_some(Self { parameters })
+    /// The `parameters` of the spool, fitted alone.
+    pub(super) fn new(parameters: Vec<Parameter>) -> Self {
+        Self { parameters }
     }
 
     /// Lets what moves the spool be as the spool alone has it, and stay so.

@@ -131,7 +131,9 @@ impl Document {
         } = identified;
         let integration_error = &after.integration_error;
         let base = ParameterReport::of(&before.problem, &before.fit);
-        let parameters = ParameterReport::beside(&base, &after.problem, &after.fit);
+        let mut parameters = ParameterReport::beside(&base, &after.problem, &after.fit);
+        let hold = HoldReport::from(&identified.between);
+        hold.widen(&mut parameters);
         for parameter in &parameters {
             if parameter.at_bound && !parameter.flat {
                 warnings.push(format!("{} sits on a bound of its range", parameter.name));
@@ -143,7 +145,6 @@ impl Document {
         if identified.shows_in_held_out_rows_alone() {
             warnings.push(UNSEEN.into());
         }
-        let hold = HoldReport::from(&identified.between);
         warnings.extend(hold.warning());
         let rows = after.problem.rows();
         let free = after.fit.free.len();

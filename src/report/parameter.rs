@@ -16,7 +16,8 @@ pub struct ParameterReport {
     pub unit: String,
     /// Fitted value.
     pub value: f64,
-    /// Lower end of the 95 % interval; not a number, in JSON null, where the fit was not polished to its end.
+    /// Lower end of the 95 % interval; not a number, in JSON null, where the fit was not polished to its end. It reaches to the value with
+    /// another command between the rows where nothing tells which it was.
     pub low: f64,
     /// Upper end of the 95 % interval, likewise.
     pub high: f64,

@@ -1,6 +1,7 @@
 //! What a report was made from, by what and when: enough to make it again.
 
 use super::about::About;
+use super::parameter::ParameterReport;
 use crate::diagnose::Between;
 use crate::input::{bytes, sha256};
 use crate::model::Hold;
@@ -158,12 +159,31 @@ impl HoldReport {
         )
     }
 
-    /// What undermines the result, if so.
-    pub(super) fn warning(&self) -> Option<String> {
-        let doubtful = match self.preferred {
+    /// Whether the other may be right as well, or rather.
+    fn is_doubtful(&self) -> bool {
+        match self.preferred {
             Some(hold) => hold != self.taken,
             None => !self.moved.is_empty(),
-        };
+        }
+    }
+
+    /// Where that is so, the intervals of `parameters` reach as far around their values with the other.
+    pub(super) fn widen(&self, parameters: &mut [ParameterReport]) {
+        if !self.is_doubtful() {
+            return;
+        }
+        for moved in &self.moved {
+            let own = parameters.iter_mut().filter(|one| one.name == moved.name);
+            for parameter in own {
+                let shift = moved.other - parameter.value;
+                parameter.low += shift.min(0.0);
+                parameter.high += shift.max(0.0);
+            }
+        }
+    }
+
+    /// What undermines the result, if so.
+    pub(super) fn warning(&self) -> Option<String> {
         let moves = |one: &MovedParameter| {
             format!(
                 "{} from {} to {}",
@@ -175,9 +195,12 @@ impl HoldReport {
         let moved: Vec<String> = self.moved.iter().map(moves).collect();
         let moved = match moved.is_empty() {
             true => String::new(),
-            false => format!(" The other moves {}.", moved.join(", ")),
+            false => format!(
+                " The other moves {}: the intervals reach as far.",
+                moved.join(", ")
+            ),
         };
-        doubtful.then(|| {
+        self.is_doubtful().then(|| {
             format!(
                 "{}{moved} If you know, say hold = \"held\" or hold = \"{}\" under [structure] in the file of --model",
                 self.sentence(),

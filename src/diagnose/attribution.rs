@@ -48,6 +48,8 @@ pub(super) enum Sought {
     Found(Box<Attribution>),
     /// What was chosen shows that there is only so much noise: all is to be judged by that, from the beginning.
     Quieter(BTreeMap<String, Noise>),
+    /// It shows that the command does this between its rows: all is to be sought with that, from the beginning.
+    OtherHold(Hold),
 }
 
 /// The result of the selection.
@@ -123,8 +125,8 @@ pub(super) struct Selection<'a, 'b> {
     sensors: Vec<Effect>,
     /// What the first cause is added to, where that is more than the base model: what the sensors add, too.
     beneath: Option<Model>,
-    /// The noise of the channels, where what was added to the base model leaves less of it than was assumed.
-    quieter: Option<BTreeMap<String, Noise>>,
+    /// What there is to begin again with, because of what was added to the base model.
+    again: Option<Sought>,
     refits: Refits,
     considered: Vec<Considered>,
 }
@@ -149,7 +151,7 @@ impl<'a, 'b> Selection<'a, 'b> {
             excess: base.excess(),
             sensors: Vec::new(),
             beneath: None,
-            quieter: None,
+            again: None,
             refits: Refits::new(),
             considered: Vec::new(),
         }
@@ -158,8 +160,8 @@ impl<'a, 'b> Selection<'a, 'b> {
     /// Adds effects to `base` until nothing more is significant.
     pub(super) fn run(mut self, base: &Model) -> Result<Sought> {
         let (mut model, mut order) = self.grown(base, base.clone(), Vec::new(), None)?;
-        if let Some(noise) = self.quieter {
-            return Ok(Sought::Quieter(noise));
+        if let Some(again) = self.again {
+            return Ok(again);
         }
         let mut closer_the_other_way = false;
         let mut as_complete = Vec::new();
@@ -234,9 +236,11 @@ impl<'a, 'b> Selection<'a, 'b> {
             let before = model.loss(Side::HoldOut);
             order.extend(new(&next, &order));
             model = self.evidence.released(&next).unwrap_or(next);
-            if from_the_base && let Some(noise) = self.evidence.quieter(&model) {
-                self.quieter = Some(noise);
-                break;
+            if from_the_base {
+                self.again = self.begin_again(&model, first);
+                if self.again.is_some() {
+                    break;
+                }
             }
             if rival.is_some_and(|rival| model.loss(Side::HoldOut) >= rival.loss(Side::HoldOut)) {
                 break;
@@ -257,6 +261,16 @@ impl<'a, 'b> Selection<'a, 'b> {
             }
         }
         Ok((model, order))
+    }
+
+    /// What all is to be begun again with, if `model`, that has the `first` cause or more, shows it.
+    fn begin_again(&self, model: &Model, first: bool) -> Option<Sought> {
+        if let Some(noise) = self.evidence.quieter(model) {
+            return Some(Sought::Quieter(noise));
+        }
+        let other = self.allowed.other_hold.filter(|_| first)?;
+        let preferred = self.evidence.prefers(other, model);
+        preferred.then_some(Sought::OtherHold(other))
     }
 
     /// How many choices led to the effects in `order`: what the sensors add came at once.

@@ -96,10 +96,12 @@ pub fn identify(
         measurements,
         sizes: asked.sizes.clone(),
         hold_known,
+        hold_shown,
         search: &search,
         evaluations,
     };
     let mut result = diagnosis.of(problem.clone(), start, noise.clone())?;
+    problem.structure.hold = result.after.problem.structure.hold;
     if !hold_shown && result.may_be_the_other_way() && diagnosis.stage.goes_on() {
         let mut other = problem.clone();
         other.structure.hold = other_hold(&result.after, plan);
@@ -189,6 +191,8 @@ struct Diagnosis<'a> {
     measurements: &'a Measurements,
     sizes: Scale,
     hold_known: bool,
+    /// Whether that is known, or the record shows it.
+    hold_shown: bool,
     search: &'a Fit,
     evaluations: usize,
 }
@@ -257,6 +261,13 @@ impl<'d> Diagnosis<'d> {
             Some(Sought::Quieter(noise)) => {
                 self.evaluations += base.evidence.evaluations();
                 return self.of(before.problem, start, noise);
+            }
+            Some(Sought::OtherHold(hold)) => {
+                self.evaluations += base.evidence.evaluations();
+                let mut problem = before.problem;
+                problem.structure.hold = hold;
+                self.hold_shown = true;
+                return self.of(problem, start, noise);
             }
             Some(Sought::Found(found)) => Some(*found),
             None => None,
@@ -420,8 +431,7 @@ impl<'d> Diagnosis<'d> {
             Allowed {
                 asked: &base.asked,
                 located: base.located,
-                other_hold: (!self.hold_known && self.measurements.shown_hold.is_none())
-                    .then(|| other_hold(base.fitted, self.plan)),
+                other_hold: (!self.hold_shown).then(|| other_hold(base.fitted, self.plan)),
             },
             self.options.max_effects,
             &mut self.stage,

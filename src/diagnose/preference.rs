@@ -3,6 +3,7 @@
 use super::evidence::{Evidence, Model, Side};
 use super::verdict::NEAR;
 use super::{Comparison, improvement};
+use crate::model::Hold;
 
 /// An effect must take this share of the held-out cost: less is seen by nobody, whatever its significance.
 pub(super) const LEAST_OF_COST: f64 = 0.02;
@@ -52,6 +53,24 @@ impl Evidence {
             self.seed,
         );
         gain.percent.low > 0.0
+    }
+
+    /// Whether the fitted rows surely prefer this `hold` to that of `model`, which leaves no more beside the noise than that: it is no
+    /// longer what is missing that prefers either.
+    pub(super) fn prefers(&self, hold: Hold, model: &Model) -> bool {
+        if model.loss(Side::Fit) >= 2.0 {
+            return false;
+        }
+        let mut problem = model.problem.clone();
+        problem.structure.hold = hold;
+        let other = self.polished(problem);
+        other.is_some_and(|other| {
+            let weights = vec![1.0; model.fit.len()];
+            let starts = self.starts(Side::Fit);
+            let z = Comparison::new(&other.fit, &model.fit, &weights, &starts).z;
+            let costs = [&other, model].map(|one| one.loss(Side::Fit));
+            z < 0.0 && surely_differ(z, costs)
+        })
     }
 
     /// Whether the rows, fitted and held out, surely prefer the first model to the second.

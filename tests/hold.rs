@@ -186,17 +186,33 @@ fn going_on(
     text
 }
 
+/// A valve whose loop saturates at this `limit` and is fed back nothing within a `clearance` of null.
+fn valve(limit: f64, clearance: f64) -> impl FnMut(f64, f64) -> f64 {
+    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
+    move |u, step| {
+        let speed = (integrator - spool) / 0.0025;
+        let fed_back = spool - spool.clamp(-clearance, clearance);
+        integrator += step * GAIN * (u - fed_back).clamp(-limit, limit);
+        spool += step * speed;
+        spool
+    }
+}
+
+/// What is found in a record where these `effects` are looked for.
+fn asked(record: String, effects: &str) -> (Value, String) {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("log.csv"), record).unwrap();
+    let call = ["identify", "log.csv", "--effects", effects];
+    let out = ["--evaluator", "cpu", "--out", "out"];
+    let text = printed(&servobee(folder.path(), &[&call[..], &out].concat()));
+    (json(folder.path().join("out/report.json")), text)
+}
+
 /// A generator's sweeps go on between the rows, and its steps are at rows: held, the sweeps come half a row late, and a valve that
 /// lacks nothing seems to lack something.
 #[test]
 fn a_generator_goes_straight_between_its_jumps() {
-    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
-    let text = generated(0.02, 1.0, |u, step| {
-        let speed = (integrator - spool) / 0.0025;
-        integrator += step * GAIN * (u - spool).clamp(-5.0, 5.0);
-        spool += step * speed;
-        spool
-    });
+    let text = generated(0.02, 1.0, valve(5.0, 0.0));
     let folder = tempfile::tempdir().unwrap();
     write(folder.path().join("log.csv"), text).unwrap();
     let run = |more: &[&str]| {
@@ -227,13 +243,7 @@ fn a_generator_goes_straight_between_its_jumps() {
 /// nothing by up to a row too late.
 #[test]
 fn a_jump_between_two_rows_is_put_where_the_valve_answers_it() {
-    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
-    let text = generated(0.02, 1.0137, |u, step| {
-        let speed = (integrator - spool) / 0.0025;
-        integrator += step * GAIN * (u - spool).clamp(-3.0, 3.0);
-        spool += step * speed;
-        spool
-    });
+    let text = generated(0.02, 1.0137, valve(3.0, 0.0));
     let folder = tempfile::tempdir().unwrap();
     write(folder.path().join("log.csv"), text).unwrap();
     let run = |more: &[&str]| {
@@ -283,21 +293,9 @@ fn a_jump_between_two_rows_is_put_where_the_valve_answers_it() {
 /// with either: the fitted rows tell, and the values are those with the one that they prefer.
 #[test]
 fn what_has_a_name_is_tried_with_what_the_rows_prefer() {
-    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
     let smooth = |time: f64| 4.0 * (TAU * 0.9 * time).sin() + 2.0 * (TAU * 5.3 * time).sin();
-    let text = going_on(0.0005, 0.01, smooth, |u, step| {
-        let speed = (integrator - spool) / 0.0025;
-        let fed_back = spool - spool.clamp(-0.2, 0.2);
-        integrator += step * GAIN * (u - fed_back).clamp(-5.0, 5.0);
-        spool += step * speed;
-        spool
-    });
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path().join("log.csv"), text).unwrap();
-    let call = ["identify", "log.csv", "--effects", "dead_band,null_bias"];
-    let out = ["--evaluator", "cpu", "--out", "out"];
-    let printed = printed(&servobee(folder.path(), &[&call[..], &out].concat()));
-    let report = json(folder.path().join("out/report.json"));
+    let text = going_on(0.0005, 0.01, smooth, valve(5.0, 0.2));
+    let (report, printed) = asked(text, "dead_band,null_bias");
     let effect = &report["effects"][0];
     assert_eq!(
         [&effect["name"], &effect["form"]],
@@ -315,20 +313,9 @@ fn what_has_a_name_is_tried_with_what_the_rows_prefer() {
 /// A slow triangle does not tell what the command does between its rows, and the loop's gain hangs on it: its interval covers both.
 #[test]
 fn an_interval_covers_what_the_command_may_do() {
-    let (mut integrator, mut spool) = (0.0f64, 0.0f64);
     let triangle = |time: f64| 6.0 * (4.0 * ((0.8 * time).fract() - 0.5).abs() - 1.0);
-    let text = going_on(0.001, 0.01, triangle, |u, step| {
-        let speed = (integrator - spool) / 0.0025;
-        integrator += step * GAIN * (u - spool).clamp(-5.0, 5.0);
-        spool += step * speed;
-        spool
-    });
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path().join("log.csv"), text).unwrap();
-    let call = ["identify", "log.csv", "--effects", "none"];
-    let out = ["--evaluator", "cpu", "--out", "out"];
-    let printed = printed(&servobee(folder.path(), &[&call[..], &out].concat()));
-    let report = json(folder.path().join("out/report.json"));
+    let text = going_on(0.001, 0.01, triangle, valve(5.0, 0.0));
+    let (report, printed) = asked(text, "none");
     assert!(report["hold"]["preferred"].is_null(), "{printed}");
     let gain = &report["parameters"][0];
     let [value, low, high] = ["value", "low", "high"].map(|key| gain[key].as_f64().unwrap());
@@ -353,13 +340,7 @@ fn a_lead_does_not_hide_what_the_command_does() {
         spool += step * 60.0 * error.clamp(-5.0, 5.0);
         spool
     });
-    let folder = tempfile::tempdir().unwrap();
-    write(folder.path().join("log.csv"), text).unwrap();
-    let asked = "feed_forward,dc_gain,delay,command_lag";
-    let call = ["identify", "log.csv", "--effects", asked];
-    let out = ["--evaluator", "cpu", "--out", "out"];
-    let printed = printed(&servobee(folder.path(), &[&call[..], &out].concat()));
-    let report = json(folder.path().join("out/report.json"));
+    let (report, printed) = asked(text, "feed_forward,dc_gain,delay,command_lag");
     assert_eq!(report["verdict"], "found", "{printed}");
     assert_eq!(report["effects"].as_array().unwrap().len(), 1, "{printed}");
     assert_eq!(report["effects"][0]["name"], "feed_forward");

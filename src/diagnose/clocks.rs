@@ -4,8 +4,8 @@
 use super::fitted::Fitted;
 use super::identified::Identified;
 use super::problem::IdentificationProblem;
-use super::simulation::Compared;
-use super::statistics::line::{Hum, Stretch, common_hum};
+use super::simulation::{Compared, stretches};
+use super::statistics::line::{Hum, common_hum};
 use crate::model::Output;
 
 /// Records that are out of phase by less than this share of a period are in phase.
@@ -77,7 +77,12 @@ struct Common {
 /// The strongest hum that several records have in common, each given in parts.
 fn hum_of(records: &[Vec<Compared>], observed: &[Output]) -> Option<Common> {
     let of = |&output: &Output| {
-        let parts = records.iter().map(|parts| stretches(parts, output));
+        let of_record = |parts: &Vec<Compared>| {
+            stretches(parts, output, |part, row| {
+                parts[part].series.samples[row].input.command
+            })
+        };
+        let parts = records.iter().map(of_record);
         let measuring = parts.enumerate().filter(|(_, parts)| !parts.is_empty());
         let (measuring, parts): (Vec<usize>, Vec<_>) = measuring.unzip();
         let hum = common_hum(&parts)?;
@@ -89,24 +94,4 @@ fn hum_of(records: &[Vec<Compared>], observed: &[Output]) -> Option<Common> {
     };
     let hums = observed.iter().filter_map(of);
     hums.max_by(|a, b| a.hum.stands_out.total_cmp(&b.hum.stands_out))
-}
-
-/// What is left of `output` in each piece of the rows that count.
-fn stretches(parts: &[Compared], output: Output) -> Vec<Stretch> {
-    let measuring = Compared::measuring(parts, output);
-    let pieces = |one: &Compared| -> Vec<Stretch> {
-        let piece = |rows: Vec<usize>| {
-            let samples = rows.iter().map(|&row| &one.series.samples[row]);
-            let left = samples.clone().zip(&rows);
-            Stretch {
-                time: samples.clone().map(|sample| sample.input.time).collect(),
-                left: left
-                    .map(|(sample, &row)| sample.target[output] - one.simulated[row][output])
-                    .collect(),
-                beside: samples.map(|sample| sample.input.command).collect(),
-            }
-        };
-        one.series.pieces().into_iter().map(piece).collect()
-    };
-    measuring.iter().flat_map(pieces).collect()
 }

@@ -1,12 +1,12 @@
 //! Whether a hum of the command that a model has is one of the record. What is fast and large takes the edge off a valve's limits: a
 //! model may follow a record better for that, while no channel has its line.
 
-use super::simulation::Trajectories;
-use super::statistics::line::{Stretch, line_shows};
+use super::simulation::{Compared, Trajectories, stretches};
+use super::statistics::line::line_shows;
 use crate::evaluate::Problem;
 use crate::evaluate::problem::Series;
+use crate::model::Parameter;
 use crate::model::effects::{Effect, Port, Scale};
-use crate::model::{Output, Outputs, Parameter};
 
 /// A hum has its own line, and overtones up to so many times its frequency.
 const TONES: usize = 3;
@@ -28,9 +28,13 @@ pub(super) fn hums_show(
         let value = problem.parameters.iter().find(|one| one.name == name);
         let frequency = value.map_or(0.0, |one| one.nominal());
         let [with, without] = [simulate(problem), simulate(&silent(problem, effect, sizes))];
+        let compared = Compared::all(records, &with);
         let mut observed = problem.structure.observed.iter();
         observed.any(|&output| {
-            let stretches = stretches(records, &with, &without, output);
+            let adds = |record: usize, row: usize| {
+                with[record][row][output] - without[record][row][output]
+            };
+            let stretches = stretches(&compared, output, adds);
             (1..=TONES).any(|tone| line_shows(&stretches, tone as f64 * frequency))
         })
     })
@@ -48,29 +52,4 @@ fn silent(problem: &Problem, effect: &Effect, sizes: &Scale) -> Problem {
         }
     }
     problem
-}
-
-/// What is left of `output` in each piece of the rows that count, and what the hum adds to it.
-fn stretches(
-    records: &[Series],
-    with: &[Vec<Outputs<f64>>],
-    without: &[Vec<Outputs<f64>>],
-    output: Output,
-) -> Vec<Stretch> {
-    let mut stretches = Vec::new();
-    for ((series, with), without) in records.iter().zip(with).zip(without) {
-        if !series.measured[output] {
-            continue;
-        }
-        for rows in series.pieces() {
-            let of = |value: &dyn Fn(usize) -> f64| rows.iter().map(|&row| value(row)).collect();
-            let (samples, own) = (&series.samples, |row: usize| with[row][output]);
-            stretches.push(Stretch {
-                time: of(&|row| samples[row].input.time),
-                left: of(&|row| samples[row].target[output] - own(row)),
-                beside: of(&|row| own(row) - without[row][output]),
-            });
-        }
-    }
-    stretches
 }

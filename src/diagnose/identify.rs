@@ -233,8 +233,7 @@ impl<'d> Diagnosis<'d> {
         if let (Some(settled), Some(located)) = (&settled, &located_before) {
             let mut problem = before.problem.clone();
             set_start(&mut problem, before.fit.values());
-            settled.hold(&mut problem);
-            settled.release(&mut problem);
+            settled.set(&mut problem);
             before = self.beside_the_flow(problem, located.path, &noise)?;
         }
         let sizes = self.sizes.clone();

@@ -26,6 +26,9 @@ const EQUALLY_FAR: f64 = 0.01;
 /// itself is not known more closely.
 const AS_COMPLETE: f64 = 1.1;
 
+/// A model with this cost leaves as much beside the noise as there is of it.
+const AS_MUCH_AS_NOISE: f64 = 2.0;
+
 impl Evidence {
     /// Whether what `after` has more than `before` is worth it: it lowers the held-out error, surely and enough. `excess` is the
     /// base model's.
@@ -58,7 +61,7 @@ impl Evidence {
     /// Whether the fitted rows surely prefer this `hold` to that of `model`, which leaves no more beside the noise than that: it is no
     /// longer what is missing that prefers either.
     pub(super) fn prefers(&self, hold: Hold, model: &Model) -> bool {
-        if model.loss(Side::Fit) >= 2.0 {
+        if model.loss(Side::Fit) >= AS_MUCH_AS_NOISE {
             return false;
         }
         let mut problem = model.problem.clone();

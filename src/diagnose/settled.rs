@@ -24,12 +24,17 @@ impl Settled {
         Self { parameters }
     }
 
-    /// Lets what moves the spool be as the spool alone has it, and stay so.
-    pub(super) fn hold(&self, problem: &mut Problem) {
-        for own in self.own(problem) {
-            own.1.set_nominal(own.1.clamp(own.0.nominal()));
-            own.1.set_fixed(true);
+    /// Lets what moves the spool be as the spool alone has it.
+    pub(super) fn set(&self, problem: &mut Problem) {
+        for (settled, own) in self.own(problem) {
+            own.set_nominal(own.clamp(settled.nominal()));
         }
+    }
+
+    /// Lets it stay so.
+    pub(super) fn hold(&self, problem: &mut Problem) {
+        self.set(problem);
+        self.own(problem).for_each(|(_, own)| own.set_fixed(true));
     }
 
     /// Lets it move again. Whether it was held.

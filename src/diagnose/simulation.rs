@@ -1,5 +1,6 @@
 //! Records beside what a model gives for them, and the errors between both.
 
+use super::statistics::line::Stretch;
 use crate::evaluate::Score;
 use crate::evaluate::problem::Series;
 use crate::model::{Output, Outputs, Structure};
@@ -80,6 +81,29 @@ pub(super) fn residual_in_all_rows(compared: &[Compared], output: Output) -> Vec
         false => vec![0.0; one.series.pieces().iter().map(Vec::len).sum()],
     };
     compared.iter().flat_map(one).collect()
+}
+
+/// What is left of `output` in each piece of the rows that count, of those of `compared` that measure it, with what is `beside` it in a
+/// row of one of them.
+pub(super) fn stretches(
+    compared: &[Compared],
+    output: Output,
+    beside: impl Fn(usize, usize) -> f64,
+) -> Vec<Stretch> {
+    let mut stretches = Vec::new();
+    for (number, one) in compared.iter().enumerate() {
+        if !one.series.measured[output] {
+            continue;
+        }
+        let samples = &one.series.samples;
+        let left = |row: &usize| samples[*row].target[output] - one.simulated[*row][output];
+        stretches.extend(one.series.pieces().iter().map(|rows| Stretch {
+            time: rows.iter().map(|&row| samples[row].input.time).collect(),
+            left: rows.iter().map(left).collect(),
+            beside: rows.iter().map(|&row| beside(number, row)).collect(),
+        }));
+    }
+    stretches
 }
 
 /// The error of every observed channel over the rows that count.

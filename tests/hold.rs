@@ -289,6 +289,19 @@ fn a_jump_between_two_rows_is_put_where_the_valve_answers_it() {
     assert!(error(&told) > 1.1 * error(&report));
 }
 
+/// Pulses of a few rows, in held-out rows alone: each of their two jumps has its own place, and what the first does is still there at
+/// the second.
+#[test]
+fn jumps_that_come_soon_after_each_other_are_put_where_the_valve_answers_them() {
+    let pulses = |time: f64| match time {
+        ..6.4 => command(1.0137 * time),
+        _ if ((time - 6.4) / 0.0127) as usize % 6 < 1 => 4.0,
+        _ => -4.0,
+    };
+    let (report, printed) = asked(going_on(0.002, 0.02, pulses, valve(3.0, 0.0)), "all");
+    assert_eq!(report["verdict"], "none", "{printed}");
+}
+
 /// A lag takes up nearly all of what a converter would make of the command, and what has a name is followed nearly to the noise
 /// with either: the fitted rows tell, and the values are those with the one that they prefer.
 #[test]

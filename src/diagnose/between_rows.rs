@@ -18,6 +18,8 @@ const ROUNDS: usize = 20;
 const SETTLED: f64 = 0.005;
 /// Steps grow less by this factor at least.
 const SLOWEST: f64 = 0.95;
+/// Jumps are placed in so many turns, those of each at once.
+const TURNS: usize = 2;
 /// Times that a place is corrected by what the valve makes of it.
 const CORRECTED: usize = 2;
 /// A place is known with a standard error of this share of an interval.
@@ -148,7 +150,7 @@ fn placed_in_turn(
             for ((_, jump), step) in numbered(jumps).zip(second) {
                 jump.early = (jump.early + further * step).clamp(0.0, 1.0);
             }
-            let rows = placing.with(jumps, |one| one.early);
+            let rows = placing.with(jumps);
             if left(records, &rows, jumps, weights) > FAR * most {
                 return None;
             }
@@ -170,38 +172,50 @@ struct Placing<'a> {
 }
 
 impl Placing<'_> {
-    /// What the model gives where each of the `jumps` comes by this share before its row.
-    fn with(&mut self, jumps: &[Vec<Jump>], early: impl Fn(&Jump) -> f64) -> Trajectories {
+    /// What the model gives where the `jumps` come when they are said to.
+    fn with(&mut self, jumps: &[Vec<Jump>]) -> Trajectories {
         let rate = self.model.structure.fastest_rate(&self.model.parameters);
         for (series, jumps) in self.records.iter_mut().zip(jumps) {
             for jump in jumps {
-                set(series, jump, early(jump));
+                set(series, jump, jump.early);
             }
             series.set_steps(rate, 1);
         }
         simulated(self.model, self.records)
     }
 
-    /// Places the `jumps` where the model follows the records best; by what share of an interval each moves.
+    /// Places the `jumps` where the model follows the records best; by what share of an interval each moves. Every other one at once:
+    /// what the one before does is still there where the next is placed.
     fn place(&mut self, jumps: &mut [Vec<Jump>]) -> Vec<f64> {
-        let ends = [self.with(jumps, |_| 0.0), self.with(jumps, |_| 1.0)];
         let targets = |series: &Series| series.samples.iter().map(|sample| sample.target).collect();
         let measured: Trajectories = self.records.iter().map(targets).collect();
         let started: Vec<f64> = jumps.iter().flatten().map(|one| one.early).collect();
-        let mut rows = self.with(jumps, |one| one.early);
+        for turn in 0..TURNS {
+            self.place_every_other(jumps, turn, &measured);
+        }
+        let moved = jumps.iter().flatten().zip(started);
+        moved.map(|(one, before)| one.early - before).collect()
+    }
+
+    /// Those of the `jumps` whose `turn` it is.
+    fn place_every_other(&mut self, jumps: &mut [Vec<Jump>], turn: usize, measured: &Trajectories) {
+        let ends = [0.0, 1.0].map(|end| {
+            let mut moved = jumps.to_vec();
+            of_turn(&mut moved, turn).for_each(|(_, jump)| jump.early = end);
+            self.with(&moved)
+        });
+        let mut rows = self.with(jumps);
         for _ in 0..=CORRECTED {
-            for (number, jump) in numbered(jumps) {
-                let (aim, information) = self.earlier(number, jump, &ends, &measured);
+            for (number, jump) in of_turn(jumps, turn) {
+                let (aim, information) = self.earlier(number, jump, &ends, measured);
                 let (is, _) = self.earlier(number, jump, &ends, &rows);
                 if information > 0.0 {
                     jump.early = (jump.early + aim - is).clamp(0.0, 1.0);
                     jump.error = information.sqrt().recip();
                 }
             }
-            rows = self.with(jumps, |one| one.early);
+            rows = self.with(jumps);
         }
-        let moved = jumps.iter().flatten().zip(started);
-        moved.map(|(one, before)| one.early - before).collect()
     }
 
     /// By what share of the way from the first of two `ends` to the other `rows` are there behind `jump` in record `number`, and how
@@ -230,6 +244,15 @@ impl Placing<'_> {
 fn numbered(jumps: &mut [Vec<Jump>]) -> impl Iterator<Item = (usize, &mut Jump)> {
     let each = jumps.iter_mut().enumerate();
     each.flat_map(|(number, jumps)| jumps.iter_mut().map(move |jump| (number, jump)))
+}
+
+/// Those whose `turn` it is.
+fn of_turn(jumps: &mut [Vec<Jump>], turn: usize) -> impl Iterator<Item = (usize, &mut Jump)> {
+    let each = jumps.iter_mut().enumerate();
+    each.flat_map(move |(number, jumps)| {
+        let own = jumps.iter_mut().skip(turn).step_by(TURNS);
+        own.map(move |jump| (number, jump))
+    })
 }
 
 /// What `model` gives for `records`.

@@ -5,7 +5,7 @@ use crate::model::{Input, Outputs};
 use std::ops::Range;
 
 /// Rows that a jump has for itself, at least.
-const APART: usize = 12;
+const APART: usize = 4;
 /// Rows behind a jump by which it is placed, at most.
 const BEHIND: usize = 60;
 /// How near to a row a jump is put at least, in intervals.
@@ -106,12 +106,12 @@ mod tests {
 
     #[test]
     fn a_jump_has_a_sample_between_its_rows_that_counts_for_nothing() {
-        let commands = [vec![0.0; 20], vec![5.0; 30], vec![-2.0; 5], vec![1.0; 20]].concat();
+        let commands = [vec![0.0; 20], vec![5.0; 30], vec![-2.0; 3], vec![1.0; 20]].concat();
         let mut record = series(&commands);
         let jumps = opened(&mut record);
         // The other two are too near to each other.
         let samples: Vec<usize> = jumps.iter().map(|one| one.sample).collect();
-        assert_eq!((samples, record.samples.len()), (vec![20], 76));
+        assert_eq!((samples, record.samples.len()), (vec![20], 74));
         assert_eq!(jumps[0].behind, 21..51);
         for (early, moment) in [(0.25, 19.75), (0.0, 20.0 - NEAREST), (1.0, 19.0 + NEAREST)] {
             set(&mut record, &jumps[0], early);

@@ -2,7 +2,7 @@
 
 use crate::evaluate::problem::{Sample, Series};
 use crate::model::{Input, Output, Outputs, Structure};
-use crate::record::{Channel, Record};
+use crate::record::{Channel, Record, ends};
 use crate::{Error, Result};
 
 impl Series {
@@ -71,13 +71,43 @@ impl Series {
                 ..Sample::default()
             }
         };
+        let mut samples: Vec<Sample> = (0..record.samples()).map(sample).collect();
+        let resting = targets[Output::Position].and_then(|values| at_rest(record, values));
+        if let Some(start) = resting.filter(|_| structure.integrates_position()) {
+            samples[0].target[Output::Position] = start;
+        }
         Ok(Self {
             name: record.name.clone(),
             time: record.time().to_vec(),
             measured: Outputs(targets.0.map(|target| target.is_some())),
-            samples: (0..record.samples()).map(sample).collect(),
+            samples,
         })
     }
+}
+
+/// The command rests while it moves by less than this share of its range.
+const STILL: f64 = 0.005;
+/// Fewest rows that are better than the first alone.
+const FEWEST: usize = 12;
+
+/// Where `values` are in the first row, by all rows in which the command rests first: what an integral begins with it keeps, and one
+/// reading is as far off as its noise. `None` where the command does not rest.
+fn at_rest(record: &Record, values: &[f64]) -> Option<f64> {
+    let command = &record.command().values;
+    let (low, high) = ends(command);
+    let rests = |value: &&f64| (**value - command[0]).abs() < STILL * (high - low);
+    let rows = command.iter().take_while(rests).count();
+    if rows < FEWEST {
+        return None;
+    }
+    // A valve that is not quite shut moves it evenly.
+    let time = &record.time()[..rows];
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / rows as f64;
+    let (middle, level) = (mean(time), mean(&values[..rows]));
+    let about = || time.iter().map(|time| time - middle);
+    let moved: f64 = about().zip(values).map(|(time, value)| time * value).sum();
+    let slope = moved / about().map(|time| time * time).sum::<f64>();
+    Some(level + slope * (time[0] - middle))
 }
 
 /// Refuses a record without `channel`; `why` says what needs it.
@@ -129,7 +159,7 @@ fn check_units(record: &Record, structure: &Structure) -> Result<()> {
 mod tests {
     use super::*;
     use crate::model::valve::{Drop, ValveForm};
-    use crate::model::{Output, ServoValve};
+    use crate::model::{Output, Piston, ServoValve};
     use crate::record;
 
     fn record(channels: &[(Channel, &str, f64)]) -> Record {
@@ -163,6 +193,40 @@ mod tests {
         assert_eq!((target[Output::Spool], target[Output::Flow]), (2.0, 3.0));
         assert_eq!(target[Output::Position], 0.0);
         assert!(series.samples.iter().all(|sample| sample.weight == 1.0));
+    }
+
+    #[test]
+    fn an_integrated_position_begins_where_the_rest_before_the_first_motion_has_it() {
+        let noise = |row: usize| f64::from((row * 7919 % 101) as u32) / 100.0 - 0.5;
+        let begins = |resting: usize| {
+            let time: Vec<f64> = (0..200).map(|row| 0.01 * row as f64).collect();
+            let command = (0..200).map(|row| f64::from(u8::from(row >= resting)));
+            let position = (0..200).map(|row| 50.0 + 0.02 * row as f64 + noise(row));
+            let channels = [
+                (
+                    Channel::Command,
+                    record::Series::new("V", command.collect()),
+                ),
+                (
+                    Channel::Position,
+                    record::Series::new("mm", position.collect()),
+                ),
+            ];
+            let record = Record::new("cylinder", time, channels).unwrap();
+            let structure = Structure {
+                observed: vec![Output::Position],
+                base: ServoValve {
+                    piston: Piston::Integrated,
+                    ..ServoValve::with(ValveForm::linear())
+                }
+                .into(),
+                ..Structure::actuator(1.0, "V")
+            };
+            let series = Series::from_record(&record, &structure).unwrap();
+            series.samples[0].target[Output::Position] - 50.0
+        };
+        assert!(begins(100).abs() < 0.1, "{}", begins(100));
+        assert_eq!(begins(1), noise(0));
     }
 
     #[test]

@@ -1071,3 +1071,56 @@ fn formats_that_are_not_read_are_refused_by_name_with_the_way_out() {
         assert_refused(Record::parse("a.dat", bytes, &[]), &["a.dat: ", said]);
     }
 }
+
+/// A bad contact: what it does to eight of 6000 readings weighs more in a sum of squares than all the others.
+#[test]
+fn a_few_spikes_make_nothing_of_a_valve_that_lacks_nothing() {
+    let folder = tempdir().unwrap();
+    printed(&servobee(
+        folder.path(),
+        &["synthesize", "--seconds", "6", "--out", "clean.csv"],
+    ));
+    let clean = std::fs::read_to_string(folder.path().join("clean.csv")).unwrap();
+    let mut lines: Vec<String> = clean.lines().map(str::to_owned).collect();
+    let flow = lines[0]
+        .split(',')
+        .position(|name| name.starts_with("flow"))
+        .unwrap();
+    for (number, row) in (1..=8).map(|number| (number, 700 * number)) {
+        let mut cells: Vec<String> = lines[row].split(',').map(str::to_owned).collect();
+        let value: f64 = cells[flow].parse().unwrap();
+        let height = 6.0 * number as f64 * if number % 2 == 0 { 1.0 } else { -1.0 };
+        cells[flow] = (value + height).to_string();
+        lines[row] = cells.join(",");
+    }
+    write(folder.path().join("spiky.csv"), lines.join("\n")).unwrap();
+    let identified = |file: &str| {
+        let call = [
+            "identify",
+            file,
+            "--evaluator",
+            "cpu",
+            "--out",
+            file.trim_end_matches(".csv"),
+        ];
+        printed(&servobee(folder.path(), &call));
+        let report = folder.path().join(call[5]).join("report.json");
+        let report: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+        report
+    };
+    let [clean, spiky] = ["clean.csv", "spiky.csv"].map(identified);
+    let said = spiky["warnings"].to_string();
+    assert!(
+        said.contains("readings of the flow stand out by themselves"),
+        "{said}"
+    );
+    for report in [&clean, &spiky] {
+        assert_eq!(report["verdict"], "none", "{said}");
+    }
+    for number in 0..3 {
+        let [one, other] = [&clean, &spiky].map(|of| &of["parameters"][number]);
+        let [value, found] = [one, other].map(|own| own["value"].as_f64().unwrap());
+        assert!((found / value - 1.0).abs() < 1e-3, "{one} {other}");
+    }
+}

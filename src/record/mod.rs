@@ -19,6 +19,7 @@ mod moment;
 mod names;
 mod ranges;
 mod reading;
+mod spikes;
 mod table;
 mod target;
 mod tdms;
@@ -45,6 +46,7 @@ pub(crate) use interval::median_interval;
 use interval::{intervals, median};
 use mapping::Sources;
 use moment::Moments;
+use spikes::without_spikes;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -161,7 +163,7 @@ impl Record {
             ));
         }
         table::check_rising(&time, "s", name, |row| place(row, "time"))?;
-        Ok(Self::assembled(name, time, kept, Vec::new()))
+        Ok(Self::assembled(name, time, kept, None))
     }
 
     /// Reads a file whose columns name channel and unit, `time [s]`, `command [V]`, `spool [%]`, in any order: CSV, a
@@ -299,29 +301,38 @@ impl Record {
         if let Some(moments) = moments {
             converted.push(time_of_day(&label.text, moments));
         }
-        let mut record = Self::assembled(&table::stem(&table.path), time.values, channels, ignored);
-        record.path = table.path.clone();
         let in_a_unit = moments.is_none() && reading.sample_interval.is_none();
         let spelt = Some(label.spelt.as_str()).filter(|_| in_a_unit);
-        record.warnings = time_warnings(&record.time, spelt);
+        let mut record = Self::assembled(&table::stem(&table.path), time.values, channels, spelt);
+        record.path = table.path.clone();
+        record.ignored = ignored;
         record.warnings.extend(warnings);
         record.absent = absent;
         record.converted = converted;
         Ok(record)
     }
 
+    /// Of times, which stand in the column `spelt` so, and channels.
     fn assembled(
         name: &str,
         time: Vec<f64>,
-        channels: BTreeMap<Channel, Series>,
-        ignored: Vec<String>,
+        mut channels: BTreeMap<Channel, Series>,
+        spelt: Option<&str>,
     ) -> Self {
+        let mut warnings = time_warnings(&time, spelt);
+        let command = channels[&Channel::Command].values.clone();
+        let measured = channels
+            .iter_mut()
+            .filter(|(channel, _)| **channel != Channel::Command);
+        warnings.extend(measured.filter_map(|(&channel, series)| {
+            without_spikes(channel, &series.unit, &mut series.values, &command)
+        }));
         Self {
             name: name.into(),
             path: name.into(),
             sha256: None,
-            ignored,
-            warnings: time_warnings(&time, None),
+            ignored: Vec::new(),
+            warnings,
             absent: Vec::new(),
             converted: Vec::new(),
             time,

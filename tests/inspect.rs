@@ -63,19 +63,50 @@ fn measured_files_get_mappings_that_work() {
                 "x_meas_mm=spool [mm]",
             ],
         ),
-        (
-            "sjoberg_hydraulic_actuator.csv",
-            [
-                "k=time [s]",
-                "u_valve=command [1]",
-                "x_position=position [mm]",
-            ],
-        ),
     ] {
         if let Some(path) = measured(name) {
             assert_eq!(working_maps(&path), expected, "{name}");
         }
     }
+}
+
+#[test]
+fn what_counts_rows_is_no_time_unless_the_file_says_how_far_they_are_apart() {
+    let asked = |inspection: &Inspection, name: &str| {
+        let asks = format!("\"{name}\" counts the rows: say how far they are apart");
+        let timed = |map: &str| map.contains("=time");
+        inspection.warnings.iter().any(|said| said.contains(&asks))
+            && !inspection.proposals.iter().any(|one| timed(&one.map))
+            && inspection.problem_left.is_some()
+    };
+    if let Some(path) = measured("sjoberg_hydraulic_actuator.csv") {
+        let inspection = inspect(path, &[]).unwrap();
+        assert!(asked(&inspection, "k"), "{inspection:?}");
+    }
+    let mut text = String::from(
+        "Ventil 12\nAbtastrate = 2000 Hz\nNr\tSollwert [mA]\tLage [mA]\tTemperatur [°C]\n",
+    );
+    for row in 0..3000 {
+        let command = |row: f64| 12.0 + 7.0 * (row * 0.013).sin();
+        let (now, late) = (command(f64::from(row)), command(f64::from(row) - 9.0));
+        text += &format!("{row}\t{now:.4}\t{late:.4}\t41,0\n").replace('.', ",");
+    }
+    let unsaid = Inspection::parse("a.csv", text.replace("2000 Hz", "fein"), &[]).unwrap();
+    assert!(asked(&unsaid, "Nr"), "{unsaid:?}");
+    let said = Inspection::parse("a.csv", &text, &[]).unwrap();
+    assert!(
+        said.problem.is_some() && said.problem_left.is_none(),
+        "{said:?}"
+    );
+    let line = "\"Abtastrate = 2000 Hz\", says how far rows are apart";
+    assert!(
+        said.warnings.iter().any(|one| one.contains(line)),
+        "{said:?}"
+    );
+    let call = "servobee identify a.csv --map \"Sollwert=command [%] *12.5 -150\" --map \"Lage=spool [%] *12.5 -150\" --map \
+                \"Temperatur=temperature [degC]\" --sample-interval 0.0005";
+    assert_eq!(said.call, call);
+    assert!((said.timing.unwrap().rate() - 2000.0).abs() < 1e-6);
 }
 
 /// What a logger might write: lines above the header, units in a row, decimal commas, and much that is wrong.

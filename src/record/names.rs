@@ -240,6 +240,7 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "kolben",
                     "kolbenweg",
                     "kolbenposition",
+                    "kolbenlage",
                     "zylinderweg",
                     "stroke",
                 ],
@@ -272,9 +273,13 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
         return Some((SYMBOL, phrase));
     }
     let generic: (u8, &[&str]) = match target {
-        Target::Time if words.len() == 1 => {
-            (COUNTS, &["k", "n", "index", "sample", "samples", "row"])
-        }
+        Target::Time if words.len() == 1 => (
+            COUNTS,
+            &[
+                "k", "n", "nr", "no", "index", "sample", "samples", "scan", "row", "zeile",
+                "counter",
+            ],
+        ),
         Target::Channel(Channel::Spool) => (
             MEASURED,
             &[
@@ -292,6 +297,9 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                 "pos",
                 "displacement",
                 "stroke",
+                "lage",
+                "kolbenlage",
+                "stellung",
             ],
         ),
         _ => return None,
@@ -364,6 +372,10 @@ mod tests {
             ("Öltemperatur [°C]", "temperature [°C]"),
             // No piston's position is in the unit of a signal.
             ("position (mA)", "spool [mA]"),
+            ("Kolbenlage [%]", "spool [%]"),
+            ("Kolbenlage [mm]", "position [mm]"),
+            ("Lage (V)", "spool [V]"),
+            ("Scan", "time [?]"),
             ("force_N", ""),
             ("p_pressure", ""),
         ] {

@@ -76,6 +76,8 @@ pub(super) struct Table {
     pub(super) joined: Vec<(usize, Origin)>,
     /// What was done with the file.
     pub(super) notes: Vec<String>,
+    /// The lines above the header, which are not read.
+    pub(super) above: Vec<String>,
 }
 
 impl Table {
@@ -98,6 +100,7 @@ impl Table {
             others,
             joined: Vec::new(),
             notes: Vec::new(),
+            above: Vec::new(),
         }
     }
 
@@ -153,6 +156,7 @@ impl Table {
                 .map(|(first, origin)| (*first, origin.of_rows(rows)))
                 .collect(),
             notes: self.notes.clone(),
+            above: self.above.clone(),
         }
     }
 

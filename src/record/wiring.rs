@@ -269,11 +269,10 @@ impl Record {
 
     fn check_live_zero(&self, channel: Channel, series: &Series) -> Result<()> {
         let values = &series.values;
-        let (low, high) = ends(values);
-        let live = values.iter().filter(|value| LIVE.contains(value)).count();
-        if (live as f64) < NEARLY_ALL * values.len() as f64 || low < 0.0 || high - low < SWING {
+        if !has_live_zero(values) {
             return Ok(());
         }
+        let (low, high) = ends(values);
         let column = format!("{}, column \"{channel} [mA]\"", self.path);
         if let Some(row) = values.iter().position(|&value| value < BROKEN) {
             return Err(Error::input(
@@ -291,11 +290,21 @@ impl Record {
                 "lies between {low} and {high} mA: is it a signal of 4-20 mA with its null at 12 mA?"
             ),
             format!(
-                "say so with --map \"COLUMN={channel} [%] *12.5 -150\" and the name of the column; or, if it is the current \
+                "say so with --map \"COLUMN={channel} {OF_LIVE_ZERO}\" and the name of the column; or, if it is the current \
                  through the valve itself, give --full-scale in mA"
             ),
         ))
     }
+}
+
+/// How a mapping takes 4 to 20 mA, with the null at 12 mA.
+pub(super) const OF_LIVE_ZERO: &str = "[%] *12.5 -150";
+
+/// Whether a signal in mA looks like a loop of 4-20 mA.
+pub(super) fn has_live_zero(values: &[f64]) -> bool {
+    let (low, high) = ends(values);
+    let live = values.iter().filter(|value| LIVE.contains(value)).count();
+    live as f64 >= NEARLY_ALL * values.len() as f64 && low >= 0.0 && high - low >= SWING
 }
 
 /// The smallest and the largest of `values`.

@@ -104,7 +104,10 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
         unit_row: units.map(|row| row.line),
     };
     let format = Format::Csv(dialect);
-    Ok(Table::of(path, format, line_of, columns, Vec::new()))
+    let mut table = Table::of(path, format, line_of, columns, Vec::new());
+    let above = text.lines().take(header_row - 1).map(str::to_owned);
+    table.above = above.collect();
+    Ok(table)
 }
 
 /// Adds what `cell` holds to `column`; how many numbers it takes beside its place.

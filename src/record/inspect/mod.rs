@@ -5,6 +5,7 @@ mod column;
 mod follow;
 mod inspection;
 mod propose;
+mod stated;
 mod suspicions;
 mod targets;
 mod timing;
@@ -19,12 +20,14 @@ use super::conversion::Conversion;
 use super::mapping::{Mapping, known, small};
 use super::table::Table;
 use super::target::Target;
+use super::text::quoted;
 use super::{Reading, Record, file};
 use crate::Result;
 use call::call;
 pub(super) use follow::alike;
 use inspection::Signals;
 use propose::{Proposed, proposals};
+use stated::stated;
 use std::path::Path;
 use suspicions::suspicions;
 
@@ -64,7 +67,30 @@ pub fn inspect_as(path: impl AsRef<Path>, reading: &Reading) -> Result<Inspectio
 
 fn of(mut table: Table, reading: &Reading) -> Result<Inspection> {
     reading.give_time(&mut table)?;
-    Ok(of_table(&table, reading))
+    let inspection = of_table(&table, reading);
+    let has_time = |one: &Proposal| one.target == Target::Time;
+    let timed = known(&table, &reading.mappings).contains_key(&Target::Time);
+    if timed || inspection.proposals.iter().any(has_time) {
+        return Ok(inspection);
+    }
+    let above = table.above.clone();
+    let Some((seconds, line)) = stated(&above) else {
+        return Ok(inspection);
+    };
+    let with_interval = Reading {
+        sample_interval: Some(seconds.to_string().parse()?),
+        ..reading.clone()
+    };
+    with_interval.give_time(&mut table)?;
+    let mut proposed = of_table(&table, &with_interval);
+    let said = format!(
+        "a line above the header, {}, says how far rows are apart: --sample-interval {seconds} is proposed",
+        quoted(line)
+    );
+    proposed.warnings.push(said);
+    // Nobody has said so yet.
+    proposed.problem = inspection.problem;
+    Ok(proposed)
 }
 
 fn of_table(table: &Table, reading: &Reading) -> Inspection {

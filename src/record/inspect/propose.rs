@@ -9,6 +9,7 @@ use crate::record::ranges::limit;
 use crate::record::table::Table;
 use crate::record::target::Target;
 use crate::record::text::{listed, quoted};
+use crate::record::wiring::{OF_LIVE_ZERO, has_live_zero};
 use crate::record::{Channel, Mapping, Quantity, SLOW, median_interval, unit};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -269,22 +270,29 @@ impl Finder<'_> {
             if rival && *target != Target::Time {
                 continue;
             }
-            let mut unit = unit.clone();
+            let counts = *target == Target::Time && *certainty == COUNTS && unit.is_none();
+            if counts && counts_rows(self.values(*index)) {
+                self.doubt_counter(*index);
+                continue;
+            }
             let mut reason = match &unit {
                 Some(unit) => format!("its name says {word:?}, its unit is {unit:?}"),
                 None => format!("its name says {word:?}"),
             };
             if *target == Target::Time {
                 reason.push_str(", and it rises from row to row");
-                if unit.is_none() && *certainty == COUNTS && counts_rows(self.values(*index)) {
-                    reason.push_str(
-                        " by 1: in s that is one row a second; write [ms] for one a millisecond",
-                    );
-                    unit = Some("s".into());
-                }
             }
-            self.propose(*index, *target, unit, reason);
+            self.propose(*index, *target, unit.clone(), reason);
         }
+    }
+
+    /// A column that counts rows says nothing of when they were taken.
+    fn doubt_counter(&mut self, index: usize) {
+        let name = quoted(&self.column(index).label.text);
+        self.proposed.doubts.push(format!(
+            "{name} counts the rows: say how far they are apart, with --sample-interval SECONDS"
+        ));
+        self.doubtful.push(index);
     }
 
     /// The only column that rises throughout.
@@ -300,6 +308,9 @@ impl Finder<'_> {
         };
         rising.retain(|&index| rises(self.values(index)) && may_be_time(index));
         if let [only] = rising[..] {
+            if self.column(only).label.unit.is_none() && counts_rows(self.values(only)) {
+                return self.doubt_counter(only);
+            }
             let reason = "it is the only column that rises from row to row".into();
             self.propose(
                 only,
@@ -413,7 +424,14 @@ impl Finder<'_> {
             }
         };
         let column = self.name(index);
-        let map = format!("{column}={target} [{unit}]");
+        let mut map = format!("{column}={target} [{unit}]");
+        if let Target::Channel(_) = target
+            && unit == "mA"
+            && has_live_zero(self.values(index))
+        {
+            map = format!("{column}={target} {OF_LIVE_ZERO}");
+            reason.push_str("; all of it is within 4-20 mA, so its null is taken to be at 12 mA");
+        }
         let Ok(mapping) = map.parse() else {
             return;
         };

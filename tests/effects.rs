@@ -484,9 +484,9 @@ fn model_of(
     };
     let values = parameters.iter().map(|p| match p.name.as_str() {
         "gain" => setup.valve.gain,
-        "time_constant" => setup.valve.time_constant,
         "saturation" => setup.valve.saturation,
         "max_area" => area,
+        "time_constant" => value("time_constant").unwrap_or(setup.valve.time_constant),
         name => value(name).unwrap_or(p.nominal()),
     });
     let values: Complete<f64> = values.collect();
@@ -625,7 +625,7 @@ const TWINS: [Twin; 101] = [
     (
         "command_lag~loop=0.002",
         "command_lag~loop",
-        &[("loop_lag", 2.0 / 3.0)],
+        &[("time_constant", 0.005), ("loop_lag", 0.4)],
     ),
     (
         "hysteresis~loop=0.05:share=0.4",

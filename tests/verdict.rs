@@ -357,7 +357,7 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             "command_lag~loop=0.0015",
             "delay,spool_resonance,command_lag,sensor_lag",
             ["command_lag", "loop"],
-            &[("loop_lag", 0.5)],
+            &[("loop_lag", 1.0 / 3.0)],
         ),
         (
             "dc_gain~heating=0.9:time=0.8",

@@ -2,6 +2,7 @@
 
 use super::{Act, Motion};
 use crate::model::Real;
+use std::marker::PhantomData;
 
 /// The drive of a lag that follows it and not the spool, of which a curve makes this `speed`: z = x + T v leads by what that
 /// takes from v.
@@ -70,6 +71,54 @@ impl<R: Real, F: InLoop<R>> Act<R> for BehindLag<R, F> {
         for i in 0..own.len() {
             own[i] = R::constant(0.0);
         }
+    }
+}
+
+/// What the loop's lag T and a further one between it and the spool come to: T v'' T / quickness + T v' + v = K sat(u - x, S). The
+/// base model's lag has taken the second one in, and is all of it here as well.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct SecondPole<R, P> {
+    /// Above 4 both only lag, below they swing.
+    quickness: R,
+    share: R,
+    said_by: PhantomData<P>,
+}
+
+/// What a parameter says of how quick the second pole is.
+pub(in crate::model) trait Quickness {
+    /// T over the time of the second pole.
+    fn of<R: Real>(value: R) -> R;
+}
+
+impl<R: Real, P: Quickness> SecondPole<R, P> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            quickness: P::of(next()),
+            share: next(),
+            said_by: PhantomData,
+        }
+    }
+}
+
+impl<R: Real, P> Act<R> for SecondPole<R, P> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn speed(&self, own: &[R], speed: R, _motion: &Motion<R>) -> R {
+        speed + self.share * (own[0] - speed)
+    }
+
+    #[inline(always)]
+    fn follow(&self, own: &[R], speed: R, motion: &Motion<R>, slope: &mut [R]) {
+        slope[0] = self.quickness / motion.time_constant * (speed - own[0]);
+    }
+
+    #[inline(always)]
+    fn settled_spool(&self, own: &mut [R], _spool: R) {
+        own[0] = R::constant(0.0);
     }
 }
 

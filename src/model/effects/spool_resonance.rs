@@ -1,9 +1,9 @@
 //! The spool is a mass on a spring of oil.
 
 use super::host;
-use super::in_loop::{BehindLag, InLoop};
+use super::in_loop::{BehindLag, InLoop, Quickness, SecondPole};
 use super::view::{Excitation, Over, Values, View};
-use super::{Act, Entry, Motion, Port};
+use super::{Entry, Port};
 use crate::model::{Pace, Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -38,42 +38,16 @@ pub(super) const ENTRY: Entry = Entry {
 };
 
 /// The spool rings inside its loop.
+pub(in crate::model) type SpoolResonance<R> = SecondPole<R, Damping>;
+
+/// Of two poles that swing.
 #[derive(Debug, Clone)]
-pub(in crate::model) struct SpoolResonance<R> {
-    damping: R,
-    share: R,
-}
+pub(in crate::model) struct Damping;
 
-impl<R: Real> SpoolResonance<R> {
+impl Quickness for Damping {
     #[inline(always)]
-    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
-        Self {
-            damping: next(),
-            share: next(),
-        }
-    }
-}
-
-impl<R: Real> Act<R> for SpoolResonance<R> {
-    fn feels_load(&self) -> bool {
-        false
-    }
-
-    #[inline(always)]
-    fn speed(&self, own: &[R], speed: R, _motion: &Motion<R>) -> R {
-        speed + self.share * (own[0] - speed)
-    }
-
-    /// A second lag, of T / 4 D², behind the one of the base model: T v'' T / 4 D² + T v' + v of what drives it.
-    #[inline(always)]
-    fn follow(&self, own: &[R], speed: R, motion: &Motion<R>, slope: &mut [R]) {
-        let rate = R::constant(4.0) * self.damping * self.damping / motion.time_constant;
-        slope[0] = rate * (speed - own[0]);
-    }
-
-    #[inline(always)]
-    fn settled_spool(&self, own: &mut [R], _spool: R) {
-        own[0] = R::constant(0.0);
+    fn of<R: Real>(damping: R) -> R {
+        R::constant(4.0) * damping * damping
     }
 }
 
@@ -145,6 +119,7 @@ impl<R: Real> InLoop<R> for Ringing<R> {
 mod tests {
     use super::*;
     use crate::model::effects::in_loop::tests::{self as loops, AT};
+    use crate::model::effects::{Act, Motion};
 
     /// What v has come to from zero after each of `times`, s, at these `rates`: in steps of 1 us.
     fn course(times: &[f64], mut rates: impl FnMut(f64) -> f64) -> Vec<f64> {

@@ -174,6 +174,8 @@ fn the_catalogue_is_that_of_the_reference() {
         "null_bias~pilot",
         "overlap~bridge",
         "dead_band~feedback",
+        "dead_band~loop",
+        "flow_saturation~series",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -553,7 +555,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 101] = [
+const TWINS: [Twin; 103] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1078,6 +1080,16 @@ const TWINS: [Twin; 101] = [
         "dead_band~feedback=0.3",
         "dead_band~feedback",
         &[("slot_clearance", 0.3)],
+    ),
+    (
+        "dead_band~loop=0.3",
+        "dead_band~loop",
+        &[("loop_dead_band", 0.3)],
+    ),
+    (
+        "flow_saturation~series=120",
+        "flow_saturation~series",
+        &[("series_loss", 1.0 / 1.44)],
     ),
     (
         "null_bias~pilot=-0.2",

@@ -203,13 +203,13 @@ fn what_explains_most_and_not_all_is_a_part_and_the_rest_is_located() {
 #[test]
 fn what_comes_closest_is_told_where_nothing_fits() {
     let folder = tempfile::tempdir().unwrap();
-    let (report, printed) = identified(folder.path(), "friction=0.3", "dead_band,null_bias");
+    let (report, printed) = identified(folder.path(), "hysteresis=0.3", "dead_band,null_bias");
     assert_eq!(report["verdict"], "unexplained", "{printed}");
     let nearest = report["nearest"].as_array().unwrap();
     assert_eq!(nearest[0]["name"], "dead_band", "{nearest:?}");
     let explained = nearest[0]["explained"].as_f64().unwrap();
     assert!(0.0 < explained && explained < 0.8, "{explained}");
-    assert!(printed.contains("Of the error above the noise come closest: dead_band ("));
+    assert!(printed.contains("Of the error above the noise come closest: dead_band~loop ("));
     // A cause once, by its best form.
     let forms = "gain_curvature~knee,gain_curvature~shaped";
     let (report, printed) = identified(folder.path(), "supply_droop=0.2", forms);
@@ -292,6 +292,12 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             "dead_band,null_bias,hysteresis,dc_gain",
             ["dead_band", "feedback"],
             &[("slot_clearance", 0.3)],
+        ),
+        (
+            "dead_band~loop=0.2",
+            "dead_band,hysteresis,friction,null_bias",
+            ["dead_band", "loop"],
+            &[("loop_dead_band", 0.2)],
         ),
         (
             "null_bias~pilot=0.4",
@@ -406,6 +412,12 @@ fn a_form_behind_the_spool_is_told_from_what_comes_near_it() {
             "flow_saturation,gain_curvature,asymmetric_gain,stroke_limit",
             ["flow_saturation", "choked"],
             &[("choked_up", 60.0)],
+        ),
+        (
+            "flow_saturation~series=130",
+            "flow_saturation,overlap,asymmetric_gain,stroke_limit",
+            ["flow_saturation", "series"],
+            &[("series_loss", 1.0 / 1.69)],
         ),
         (
             "overlap~bridge=6:b_t=2:p_b=-1.5:a_t=4:clearance=1.5",

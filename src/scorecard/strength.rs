@@ -217,6 +217,7 @@ impl Open {
             Kind::GainCurvature if form == Form::Laminar => Dial::rising(0.05, 0.4),
             Kind::GainCurvature if form == Form::Tanh => Dial::rising(0.1, 0.7),
             Kind::GainCurvature => Dial::rising(0.1, 0.6).signed(rng),
+            Kind::FlowSaturation if form == Form::Series => Dial::limit(800.0, 200.0, 30.0),
             Kind::FlowSaturation => Dial::limit(105.0, 75.0, 10.0),
             Kind::Leakage => Dial::rising(0.025, 0.25).times(valve.rated_flow),
             Kind::SupplyDroop => Dial::rising(1.8, 8.0).times(1.0 / valve.rated_flow),

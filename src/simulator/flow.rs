@@ -210,6 +210,8 @@ struct Opening {
     saturation: f64,
     /// What either side nears gradually, shares of full scale.
     choked: Option<[f64; 2]>,
+    /// What an orifice in series lets pass, as an opening.
+    series: f64,
 }
 
 impl Opening {
@@ -248,6 +250,8 @@ impl Opening {
                 .map_or(f64::INFINITY, |p| p.value / 100.0),
             choked: find(planted, Kind::FlowSaturation, Form::Choked)
                 .map(|p| [p.value, p.key("negative").unwrap_or(p.value)].map(|end| end / 100.0)),
+            series: find(planted, Kind::FlowSaturation, Form::Series)
+                .map_or(f64::INFINITY, |p| p.value / 100.0),
         }
     }
 
@@ -285,6 +289,7 @@ impl Opening {
         let h = self
             .transition
             .map_or(h, |width| h * (2.0 * h.abs() / width).tanh());
+        let h = h / f64::hypot(1.0, h / self.series);
         let h = self.choked.map_or(h, |[up, down]| {
             let end = if h > 0.0 { up } else { down };
             h * (1.0 + (h / end).powi(4)).powf(-0.25)

@@ -101,7 +101,7 @@ pub enum Form {
     Windup,
     /// A resonance behind the valve's lag, with a damping of its own.
     Lagged,
-    /// A delay, or a lag, between what the controller of the spool's loop puts out and the valve.
+    /// A delay, a lag or a dead band between what the controller of the spool's loop puts out and the valve.
     Loop,
     /// A limit of its own to either side.
     Sides,
@@ -161,6 +161,8 @@ pub enum Form {
     Ramps,
     /// A limit that either side nears gradually.
     Choked,
+    /// Orifices in series.
+    Series,
     /// A command whose coil it heats.
     Heating,
     /// A pump of limited delivery that fills an accumulator.
@@ -206,6 +208,7 @@ impl Form {
             Self::Command => "command",
             Self::Dahl => "dahl",
             Self::Lugre => "lugre",
+            Self::Series => "series",
             Self::Clipped => "clipped",
             Self::Soft => "soft",
             Self::Elastic => "elastic",
@@ -305,7 +308,7 @@ impl Kind {
         match self {
             Self::Delay => entry("delay", "s", "electronics", (0.0, 1.0), 0.002, &[Form::Pade, Form::Loop], &[]),
             Self::DeadBand => entry("dead_band", "V", "electronics", (0.0, 5.0), 0.2,
-                &[Form::Compensated, Form::Feedback], &[("start", 0.06, &[Form::Compensated])]),
+                &[Form::Compensated, Form::Feedback, Form::Loop], &[("start", 0.06, &[Form::Compensated])]),
             Self::DcGain => entry("dc_gain", "1", "electronics", (0.1, 10.0), 0.96,
                 &[Form::Creeping, Form::Heating, Form::Leaking],
                 &[("time", 0.5, &[Form::Creeping, Form::Heating]), ("zero", 0.0, &[Form::Leaking])]),
@@ -364,7 +367,7 @@ impl Kind {
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
                 &[Form::Knee, Form::Shaped, Form::Round, Form::Laminar, Form::Tanh], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0,
-                &[Form::Choked], &[("negative", 1000.0, &[Form::Choked])]),
+                &[Form::Choked, Form::Series], &[("negative", 1000.0, &[Form::Choked])]),
             Self::Leakage => entry("leakage", "L/min", "flow", (0.0, 100.0), 1.5, &[], &[("width", 4.0, USUAL)]),
             Self::SupplyDroop => entry("supply_droop", "bar/(L/min)", "flow", (0.0, 10.0), 0.03,
                 &[Form::Turbulent, Form::Limited, Form::Accumulator],

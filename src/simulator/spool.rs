@@ -43,6 +43,8 @@ pub(super) struct Spool {
     backlash: Option<Backlash>,
     /// Within how much of null its loop is fed back nothing, V.
     slot_clearance: f64,
+    /// What of its error drives nothing, V.
+    loop_dead_band: f64,
     linkage: Option<Backlash>,
     /// The iron of a torque motor, which the error comes through.
     iron: Option<Plays>,
@@ -430,6 +432,7 @@ impl Spool {
             before_limit: BeforeLimit::planted(planted),
             backlash: play(Form::Feedback).or_else(|| play(Form::Transducer)),
             slot_clearance: limit(Kind::DeadBand, Form::Feedback).unwrap_or(0.0),
+            loop_dead_band: limit(Kind::DeadBand, Form::Loop).unwrap_or(0.0),
             linkage: play(Form::Linkage),
             iron: find(planted, Kind::Hysteresis, Form::Loop).map(|p| {
                 Plays::of_any_width(
@@ -700,6 +703,7 @@ impl Spool {
     fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
         let error = u - self.fed_back(x);
         let error = self.iron.as_ref().map_or(error, |iron| iron.passed(error));
+        let error = error - error.clamp(-self.loop_dead_band, self.loop_dead_band);
         let mut drive = error.clamp(-self.valve.saturation, self.valve.saturation);
         if let Speed::Integrator(limit) = self.speed {
             let limit = limit / self.valve.gain;

@@ -163,6 +163,52 @@ impl<R: Real> Act<R> for DeadBandOfFeedback<R> {
     }
 }
 
+pub(super) const LOOP: Entry = Entry {
+    name: "dead_band~loop",
+    port: Port::Actuator,
+    summary: "The error of the spool's loop must pass a dead band before it drives anything, as in the amplifier or with an overlapped pilot",
+    finding: "the loop answers only to what of its error is beyond ±{loop_dead_band}",
+    equation: "sat(e - clamp(e, ±loop_dead_band), S), e = u - x",
+    shows: "a spool that stops short of its command by as much from whichever side it comes, and slowly at the end",
+    confused: "dead_band, with which the spool stays at null alone; hysteresis, whose loop has that width as well, but which comes to rest as \
+               quickly as the loop without; friction, which sticks and lets go with a jump",
+    source: "dead band of an amplifier behind its comparison; overlap of a pilot stage: Merritt, Hydraulic Control Systems, 1967",
+    parameters: |scale, _| {
+        let unit = &scale.command_unit;
+        let most = 0.3 * scale.command;
+        vec![Parameter::linear("loop_dead_band", unit, 0.0, 0.0, most)]
+    },
+    ..ENTRY
+};
+
+/// The error must pass a dead band.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct DeadBandOfLoop<R> {
+    half_width: R,
+}
+
+impl<R: Real> DeadBandOfLoop<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { half_width: next() }
+    }
+}
+
+impl<R: Real> Act<R> for DeadBandOfLoop<R> {
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, spool: R, _stage: &Stage<R>) -> R {
+        command - (command - spool).clamp(-self.half_width, self.half_width)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,6 +233,16 @@ mod tests {
             [0.25, 0.0, -0.5].map(|spool| error(0.125, spool)),
             [0.125; 3]
         );
+    }
+
+    #[test]
+    fn a_small_error_drives_nothing() {
+        let effect: DeadBandOfLoop<f64> = DeadBandOfLoop::new(|| 0.5);
+        let error = |command, spool| {
+            effect.reference(&[], command, spool, &Stage::first(command, 0.0)) - spool
+        };
+        let found = [3.5, 2.5, 2.25, 1.5, 0.0].map(|spool| error(2.0, spool));
+        assert_eq!(found, [-1.0, 0.0, 0.0, 0.0, 1.5]);
     }
 
     #[test]

@@ -76,6 +76,42 @@ pub(super) const CHOKED: Entry = Entry {
     ..ENTRY
 };
 
+pub(super) const SERIES: Entry = Entry {
+    name: "flow_saturation~series",
+    summary: "Fixed passages in series with the ports take ever more of the pressure, the further these open",
+    finding: "passages in series with the ports take {series_loss} times as much of the pressure as these where they are fully open",
+    equation: "h / sqrt(1 + series_loss (h/100 %)^2)",
+    shows: "a flow that grows ever less with the opening, alike on both sides, which the spool does not show",
+    confused: "supply_droop~turbulent, a loss with the square of the flow as well, in the supply and with its lag; gain_curvature, which need not \
+               come from a loss; flow_saturation, whose corner is sharp",
+    source: "orifices in series: Merritt, Hydraulic Control Systems, 1967; ISO 10770-1, flow saturation",
+    parameters: |_, _| vec![Parameter::linear("series_loss", "1", 0.0, 0.0, 25.0)],
+    trials: |_, _| [0.1, 0.5, 2.0].map(|loss| vec![loss]).to_vec(),
+    view: Some(View::new(view::SLOW, Over::Spool, Values::Trial(2))),
+    ..ENTRY
+};
+
+/// Passages in series with the ports.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct FlowSaturationOfSeries<R> {
+    loss: R,
+}
+
+impl<R: Real> FlowSaturationOfSeries<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { loss: next() }
+    }
+}
+
+impl<R: Real> Act<R> for FlowSaturationOfSeries<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let share = opening * R::constant(0.01);
+        opening / (R::constant(1.0) + self.loss * (share * share)).sqrt()
+    }
+}
+
 /// A limit that is never met, %.
 const FAR: f64 = 2000.0;
 
@@ -123,6 +159,19 @@ mod tests {
         ] {
             let found = effect.opening(opening);
             assert!((found - expected).abs() < 3e-4, "{opening}: {found}");
+        }
+    }
+
+    #[test]
+    fn orifices_in_series_share_the_pressure() {
+        let effect: FlowSaturationOfSeries<f64> = FlowSaturationOfSeries::new(|| 0.5);
+        // The same flow through both: q² = (h/100)² d = loss⁻¹ (1 - d), d the ports' share of the pressure.
+        for opening in [-80.0, 5.0, 90.0] {
+            let flow = effect.opening(opening) / 100.0;
+            let ports = (flow / (opening / 100.0)).powi(2);
+            let series = 0.5 * flow.powi(2);
+            assert!((ports + series - 1.0).abs() < 1e-12, "{opening}");
+            assert_eq!(flow.signum(), opening.signum());
         }
     }
 

@@ -287,6 +287,8 @@ catalogue! {
     null_bias::NullBiasOfPilot = PILOT,
     overlap::OverlapOfBridge = BRIDGE,
     dead_band::DeadBandOfFeedback = FEEDBACK,
+    dead_band::DeadBandOfLoop = LOOP,
+    flow_saturation::FlowSaturationOfSeries = SERIES,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

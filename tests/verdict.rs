@@ -220,6 +220,25 @@ fn what_comes_closest_is_told_where_nothing_fits() {
     assert!(printed.contains(&told), "{printed}");
 }
 
+/// Of a slow triangle alone the saturation is anything: what it is shows where steps are held out, and there the spool is followed.
+#[test]
+fn what_the_fitted_rows_leave_open_is_set_before_a_place_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["triangle", "steps"] {
+        let file = format!("{command}.csv");
+        let make = ["synthesize", "--effect", "overlap=6", "--saturation", "2"];
+        let what = ["--command", command, "--seconds", "8", "--out", &file];
+        printed(&servobee(folder.path(), &[&make[..], &what].concat()));
+    }
+    let call =
+        "identify triangle.csv --hold-out steps.csv --effects none --evaluator cpu --out out";
+    let call: Vec<&str> = call.split(' ').collect();
+    let said = printed(&servobee(folder.path(), &call));
+    let report = json(folder.path().join("out/report.json"));
+    assert_eq!(report["located"]["place"], "behind_spool", "{said}");
+    assert!(report["located"]["spool"].as_f64() < Some(1.15), "{said}");
+}
+
 /// What is planted, the causes that are asked for, the cause and the form that it is, and values of its parameters.
 type OfAForm = (
     &'static str,

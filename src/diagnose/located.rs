@@ -10,6 +10,7 @@ use super::sensors::{of_a_sensor, of_sensors};
 use super::simulation::{Compared, residual};
 use super::statistics::bootstrap::{MeanSquare, mean_square};
 use super::statistics::noise::Noise;
+use super::unexcited::set_by_held_out;
 use super::verdict::NEAR;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Interrupt, Problem, reference};
@@ -258,6 +259,7 @@ impl<'a> Cut<'a> {
             true => records.map(|side| self.with_the_spool_as_command(side)),
             false => records,
         };
+        let hold_out = Arc::new(Data::Series(hold_out));
         let structure = self.structure(output, from_spool, places);
         let mut parameters = structure.parameters();
         let known = &self.fitted.problem.parameters;
@@ -277,9 +279,17 @@ impl<'a> Cut<'a> {
         if !free.is_empty() {
             let start = problem.start();
             let polished = polish_on_data(&problem, self.interrupt, &free, &start, &QUICK).ok()?;
-            set_start(&mut problem, &polished.values);
+            let set = set_by_held_out(
+                &problem,
+                self.interrupt,
+                &polished.values,
+                &polished.flat,
+                &hold_out,
+                &QUICK,
+            );
+            set_start(&mut problem, &set.values);
         }
-        problem.data = Arc::new(Data::Series(hold_out));
+        problem.data = hold_out;
         let values = Complete::nominal(&problem.parameters);
         let Data::Series(records) = &*problem.data else {
             return None;

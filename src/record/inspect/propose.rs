@@ -44,6 +44,14 @@ pub(super) struct Proposed {
 /// columns that are equally long, those that make the most of a record.
 pub(super) fn proposals(table: &Table, taken: &Targets, mappings: &[Mapping]) -> Proposed {
     let small: Vec<usize> = small(table, mappings).iter().map(|one| one.index).collect();
+    let live: Vec<(Target, usize)> = taken
+        .iter()
+        .filter(|(_, (index, conversion))| {
+            let values = &table.columns[*index].values;
+            conversion.unit.kept() == "mA" && !conversion.changes() && has_live_zero(values)
+        })
+        .map(|(&target, &(index, _))| (target, index))
+        .collect();
     let taken: BTreeMap<Target, usize> = taken
         .iter()
         .map(|(&target, &(index, _))| (target, index))
@@ -64,6 +72,10 @@ pub(super) fn proposals(table: &Table, taken: &Targets, mappings: &[Mapping]) ->
             doubtful: Vec::new(),
             proposed: Proposed::default(),
         };
+        for &(target, index) in &live {
+            let reason = format!("it is the {target} by its name");
+            finder.propose(index, target, Some("mA".into()), reason);
+        }
         finder.find();
         finder
     };

@@ -176,6 +176,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "dead_band~feedback",
         "dead_band~loop",
         "flow_saturation~series",
+        "asymmetric_gain~saturation",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -555,7 +556,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 103] = [
+const TWINS: [Twin; 104] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1085,6 +1086,11 @@ const TWINS: [Twin; 103] = [
         "dead_band~loop=0.3",
         "dead_band~loop",
         &[("loop_dead_band", 0.3)],
+    ),
+    (
+        "asymmetric_gain~saturation=0.2",
+        "asymmetric_gain~saturation",
+        &[("saturation_excess", 0.6)],
     ),
     (
         "flow_saturation~series=120",

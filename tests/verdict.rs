@@ -355,6 +355,12 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             &[("loop_asymmetry", 0.15)],
         ),
         (
+            "asymmetric_gain~saturation=0.1",
+            "asymmetric_gain,slew_limit,null_bias,sensor_offset",
+            ["asymmetric_gain", "saturation"],
+            &[("saturation_excess", 0.3)],
+        ),
+        (
             "asymmetric_gain~pilot=-0.15",
             "asymmetric_gain,slew_limit,null_bias,sensor_offset",
             ["asymmetric_gain", "pilot"],

@@ -163,6 +163,8 @@ pub enum Form {
     Choked,
     /// Orifices in series.
     Series,
+    /// A saturation that is not the same to both sides.
+    Saturation,
     /// A command whose coil it heats.
     Heating,
     /// A pump of limited delivery that fills an accumulator.
@@ -209,6 +211,7 @@ impl Form {
             Self::Dahl => "dahl",
             Self::Lugre => "lugre",
             Self::Series => "series",
+            Self::Saturation => "saturation",
             Self::Clipped => "clipped",
             Self::Soft => "soft",
             Self::Elastic => "elastic",
@@ -363,7 +366,8 @@ impl Kind {
                     ("p_b", 1.0, &[Form::Bridge]),
                     ("a_t", 4.0, &[Form::Bridge]),
                 ]),
-            Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08, &[Form::Loop, Form::Pilot], &[]),
+            Self::AsymmetricGain => entry("asymmetric_gain", "1", "flow", (-0.9, 0.9), 0.08,
+                &[Form::Loop, Form::Pilot, Form::Saturation], &[]),
             Self::GainCurvature => entry("gain_curvature", "1", "flow", (-0.9, 0.9), 0.15,
                 &[Form::Knee, Form::Shaped, Form::Round, Form::Laminar, Form::Tanh], &[("at", 40.0, &[Form::Knee]), ("fifth", 0.0, &[Form::Shaped])]),
             Self::FlowSaturation => entry("flow_saturation", "%", "flow", (1.0, 1000.0), 80.0,

@@ -30,6 +30,8 @@ pub(super) struct Spool {
     /// What each side of the drive, and of a pilot stage's flow, has more than their mean.
     asymmetry: f64,
     pilot_asymmetry: f64,
+    /// By what share its drive saturates later to the positive side, and sooner to the negative one.
+    saturation_asymmetry: f64,
     detent: f64,
     spring_preload: f64,
     torque_limit: f64,
@@ -419,6 +421,7 @@ impl Spool {
             amplitude_gain: strength(outsiders, Oddity::AmplitudeGain),
             asymmetry: limit(Kind::AsymmetricGain, Form::Loop).unwrap_or(0.0),
             pilot_asymmetry: limit(Kind::AsymmetricGain, Form::Pilot).unwrap_or(0.0),
+            saturation_asymmetry: limit(Kind::AsymmetricGain, Form::Saturation).unwrap_or(0.0),
             detent: strength(outsiders, Oddity::Detent),
             spring_preload: strength(outsiders, Oddity::SpringPreload),
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
@@ -704,7 +707,9 @@ impl Spool {
         let error = u - self.fed_back(x);
         let error = self.iron.as_ref().map_or(error, |iron| iron.passed(error));
         let error = error - error.clamp(-self.loop_dead_band, self.loop_dead_band);
-        let mut drive = error.clamp(-self.valve.saturation, self.valve.saturation);
+        let [down, up] =
+            [-1.0, 1.0].map(|side| (side + self.saturation_asymmetry) * self.valve.saturation);
+        let mut drive = error.clamp(down, up);
         if let Speed::Integrator(limit) = self.speed {
             let limit = limit / self.valve.gain;
             drive = drive.clamp(-limit, limit);

@@ -2,7 +2,7 @@
 
 use super::host;
 use super::in_loop::lag_alone;
-use super::{Act, Entry, Motion, Port};
+use super::{Act, Entry, Motion, Port, Stage};
 use crate::model::{Parameter, Real};
 
 pub(super) const ENTRY: Entry = Entry {
@@ -125,6 +125,63 @@ impl<R: Real> Act<R> for AsymmetricGainOfPilot<R> {
     }
 }
 
+pub(super) const SATURATION: Entry = Entry {
+    name: "asymmetric_gain~saturation",
+    summary: "What drives the spool saturates sooner to one side than to the other",
+    finding: "the drive saturates later to the positive side than to the negative one, by {saturation_excess} either way",
+    equation: "K sat(u - x, S) between -S + saturation_excess and S + saturation_excess",
+    shows: "large steps that are slower one way than the other, and small ones that are alike",
+    confused: "asymmetric_gain~loop, whose small steps are not alike, either; slew_limit~sides, whose limit has no lag before it; null_bias~pilot, \
+               which rests beside its command",
+    source: "limits of an amplifier or torque motor that are not adjusted alike; sat(e - b) + b: the same as a null bias and a pilot stage beside \
+             its middle that cancel each other at rest",
+    parameters: |scale, _| {
+        let (unit, most) = (&scale.command_unit, 0.3 * scale.command);
+        vec![Parameter::linear(
+            "saturation_excess",
+            unit,
+            -most,
+            0.0,
+            most,
+        )]
+    },
+    trials: |scale, _| {
+        [-0.03, 0.01, 0.03]
+            .map(|share| vec![share * scale.command])
+            .to_vec()
+    },
+    ..LOOP
+};
+
+/// The drive saturates sooner to one side.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct AsymmetricSaturation<R> {
+    excess: R,
+}
+
+impl<R: Real> AsymmetricSaturation<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self { excess: next() }
+    }
+}
+
+impl<R: Real> Act<R> for AsymmetricSaturation<R> {
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, _spool: R, _stage: &Stage<R>) -> R {
+        command - self.excess
+    }
+
+    #[inline(always)]
+    fn drive(&self, _own: &[R], drive: R, motion: &Motion<R>) -> R {
+        drive + motion.gain * self.excess
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::in_loop::tests::AT;
@@ -135,6 +192,19 @@ mod tests {
         let mut values = [0.25].into_iter();
         let effect: AsymmetricGain<f64> = AsymmetricGain::new(|| values.next().unwrap());
         assert_eq!([8.0, -8.0].map(|x| effect.opening(x)), [10.0, -6.0]);
+    }
+
+    #[test]
+    fn a_drive_that_saturates_unevenly_is_even_where_it_does_not() {
+        let effect: AsymmetricSaturation<f64> = AsymmetricSaturation::new(|| 0.5);
+        // K sat(u - x, 2 V) of a spool at 1 V.
+        let drive = |command| {
+            let reference = effect.reference(&[], command, 1.0, &Stage::first(command, 0.0));
+            let drive = AT.gain * (reference - 1.0).clamp(-2.0, 2.0);
+            effect.drive(&[], drive, &AT) / AT.gain
+        };
+        let found = [-9.0, -0.5, 0.0, 1.0, 3.25, 9.0].map(drive);
+        assert_eq!(found, [-1.5, -1.5, -1.0, 0.0, 2.25, 2.5]);
     }
 
     #[test]

@@ -289,6 +289,7 @@ catalogue! {
     dead_band::DeadBandOfFeedback = FEEDBACK,
     dead_band::DeadBandOfLoop = LOOP,
     flow_saturation::FlowSaturationOfSeries = SERIES,
+    asymmetric_gain::AsymmetricSaturation = SATURATION,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

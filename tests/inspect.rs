@@ -107,6 +107,14 @@ fn what_counts_rows_is_no_time_unless_the_file_says_how_far_they_are_apart() {
                 \"Temperatur=temperature [degC]\" --sample-interval 0.0005";
     assert_eq!(said.call, call);
     assert!((said.timing.unwrap().rate() - 2000.0).abs() < 1e-6);
+    // A column that is the command by its name has its null at 12 mA as well.
+    let named = text.replace("Sollwert [mA]", "command [mA]");
+    let named = Inspection::parse("a.csv", named, &[]).unwrap();
+    let live = "command=command [%] *12.5 -150";
+    assert!(
+        named.problem_left.is_none() && named.call.contains(live),
+        "{named:?}"
+    );
 }
 
 /// What a logger might write: lines above the header, units in a row, decimal commas, and much that is wrong.

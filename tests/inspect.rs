@@ -107,6 +107,15 @@ fn what_counts_rows_is_no_time_unless_the_file_says_how_far_they_are_apart() {
                 \"Temperatur=temperature [degC]\" --sample-interval 0.0005";
     assert_eq!(said.call, call);
     assert!((said.timing.unwrap().rate() - 2000.0).abs() < 1e-6);
+    // A unit of time at the end of its name makes a counter a clock.
+    let clock = text
+        .replace("Nr\t", "cycle_ms\t")
+        .replace("2000 Hz", "fein");
+    let clock = Inspection::parse("a.csv", clock, &[]).unwrap();
+    assert!(
+        clock.problem_left.is_none() && clock.call.contains("cycle_ms=time [ms]"),
+        "{clock:?}"
+    );
     // A column that is the command by its name has its null at 12 mA as well.
     let named = text.replace("Sollwert [mA]", "command [mA]");
     let named = Inspection::parse("a.csv", named, &[]).unwrap();

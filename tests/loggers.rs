@@ -348,6 +348,29 @@ fn columns_of_comments_and_columns_of_nothing_stop_no_file() {
     );
 }
 
+/// As numpy's `savetxt` writes it, a bench that numbers its rows, and a logger with remarks within the data.
+#[test]
+fn a_header_that_is_commented_out_is_a_header() {
+    for text in [
+        "# made by a script\n# time [s],command [V],spool [V]\n0.0e+00,1.0e+00,2.0e+00\n1.0e-01,-3.0e+00,4.0e+00\n",
+        "# bench 3\n#,time,command,spool\n-,s,V,V\n0,0,1,2\n1,0.1,-3,4\n",
+        "// bench 3\n// 10 Hz\ntime [s],command [V],spool [V]\n0,1,2\n// a marker, set by hand, here\n0.1,-3,4\n",
+        // One that is not commented out comes first.
+        "# command [V],spool [V],time [s]\ntime [s],command [V],spool [V]\n0,1,2\n0.1,-3,4\n",
+    ] {
+        let record = Record::parse("a.csv", text, &[]).unwrap();
+        assert_eq!(record.time(), [0.0, 0.1], "{text}");
+        assert_eq!(record.command().values, [1.0, -3.0], "{text}");
+        let spool = record.get(Channel::Spool).unwrap();
+        assert_eq!(spool.values, [2.0, 4.0], "{text}");
+    }
+    for header in ["# made by a script", "# time [s],command [V]"] {
+        let text = format!("{header}\n0,1,2\n0.1,-3,4\n");
+        let said = "holds numbers where the header should be";
+        assert_refused(Record::parse("a.csv", text, &[]), &["row 2", said]);
+    }
+}
+
 #[test]
 fn a_measurement_of_labview_is_read() {
     let mut text = String::from(

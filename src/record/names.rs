@@ -94,6 +94,12 @@ pub(super) fn is_no_signal(label: &Label) -> bool {
     })
 }
 
+/// The unit of time that the name of a column ends with: `cycle_ms`.
+pub(super) fn unit_of_time(label: &Label) -> Option<String> {
+    let known = |unit: &str| Quantity::Time.unit(Some(unit), "").is_ok();
+    without_unit(&words(&label.spelt), known).1
+}
+
 /// The words of a name: `xCmd_mm` has x, Cmd and mm.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
@@ -191,7 +197,7 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "durchfluß",
                     "volumenstrom",
                 ],
-                &["q", "qv", "q v"],
+                &["q", "qv", "q v", "q ab", "q a b", "q l"],
             ),
             Channel::ReturnFlow => (
                 &[
@@ -210,7 +216,9 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
             Channel::SupplyPressure => (
                 &[
                     "supply",
+                    "sup",
                     "psupply",
+                    "pump pressure",
                     "versorgungsdruck",
                     "systemdruck",
                     "speisedruck",
@@ -359,6 +367,9 @@ mod tests {
             ("return flow (l/min)", "return_flow [l/min]"),
             ("internal_leakage_lpm", "return_flow [lpm]"),
             ("Q_T", "return_flow [?]"),
+            ("Q_AB_lpm", "flow [lpm]"),
+            ("P_sup_bar", "supply_pressure [bar]"),
+            ("pump pressure [bar]", "supply_pressure [bar]"),
             ("p_return", "return_pressure [?]"),
             ("load pressure [bar]", "load_pressure [bar]"),
             ("pA-pB", "load_pressure [?]"),

@@ -29,6 +29,24 @@ pub(super) struct Layout {
     pub(super) units: Option<usize>,
 }
 
+impl Layout {
+    /// Whether what it takes for the header of `lines` are units.
+    pub(super) fn has_no_names(&self, lines: &[Line<'_>]) -> bool {
+        let cells = split(lines[self.header].1, self.delimiter);
+        self.units.is_none() && cells.is_some_and(|cells| are_units(&cells))
+    }
+
+    /// Whether the first of `lines` is the header, and of what is below it.
+    pub(super) fn heads(&self, lines: &[Line<'_>]) -> bool {
+        let below = self.units.map_or(1, |units| units + 1);
+        let cut = |line: usize| Some(Cut::of(lines.get(line)?.1, self.delimiter));
+        let fits = cut(0)
+            .zip(cut(below))
+            .is_some_and(|(header, below)| header.fits(below));
+        self.header == 0 && fits
+    }
+}
+
 /// What a line is if cells are separated by a certain delimiter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {

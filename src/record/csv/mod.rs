@@ -53,7 +53,8 @@ const ODD: usize = 2;
 /// to read it; a line over 1 MiB, more than 10 000 columns, more than 16 million numbers.
 pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
     let (text, encoding) = text::decoded(path, bytes)?;
-    let first = layout::first_lines(path, lines(&text))?;
+    let lines = || lines(&text);
+    let mut first = layout::first_lines(path, lines())?;
     if first.is_empty() {
         return Err(Error::input(
             path,
@@ -61,16 +62,30 @@ pub(super) fn parse(path: &str, bytes: &[u8]) -> Result<Table> {
             "give a CSV file with a header such as \"time [s],command [V],spool [%]\"",
         ));
     }
+    let plain = layout(path, &first);
+    let mut commented_out = 0;
+    if plain
+        .as_ref()
+        .map_or(true, |plain| plain.has_no_names(&first))
+        && let Some(header) = commented_header(&text)
+        && let with_it = [&[header][..], &first].concat()
+        && layout(path, &with_it).is_ok_and(|layout| layout.heads(&with_it))
+    {
+        (first, commented_out) = (with_it, 1);
+    }
     let Layout {
         delimiter,
         header,
         units,
-    } = layout(path, &first)?;
+    } = match commented_out {
+        0 => plain,
+        _ => layout(path, &first),
+    }?;
     let row = |line| Row::of(path, line, delimiter);
     let mut names = row(first[header])?.cells;
     let units = units.map(|units| row(first[units])).transpose()?;
     let above = 1 + units.as_ref().map_or(header, |_| header + 1);
-    let body = lines(&text).skip(above);
+    let body = lines().skip(above - commented_out);
     let Survey { rows, decimal } = survey(path, &mut names, delimiter, body.clone())?;
 
     let header_row = first[header].0;
@@ -129,19 +144,46 @@ fn push(column: &mut Column, cell: &str, decimal: char) -> usize {
     ODD
 }
 
+/// What comments begin with; but for the first only in a file that begins with one.
+const COMMENTS: [&str; 2] = ["#", "//"];
+
 /// The lines that are not blank, no comment and no rule such as `-----`.
 fn lines(text: &str) -> impl Iterator<Item = Line<'_>> + Clone {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let line_end = if text.contains('\n') { '\n' } else { '\r' };
     let is_rule = |line: &str| {
         (line.contains("---") || line.contains("===")) && !line.contains(char::is_alphanumeric)
     };
-    text.split(line_end)
-        .enumerate()
-        .map(|(index, line)| (index + 1, line.trim_end_matches('\r')))
-        .filter(move |(_, line)| {
-            !line.trim().is_empty() && !line.trim_start().starts_with('#') && !is_rule(line)
-        })
+    let sign = comment_sign(text);
+    let is_comment = move |line: &str| {
+        let line = line.trim_start();
+        line.starts_with(COMMENTS[0]) || line.starts_with(sign)
+    };
+    numbered(text)
+        .filter(move |(_, line)| !line.trim().is_empty() && !is_comment(line) && !is_rule(line))
+}
+
+/// What the comments of a file begin with, as far as its first line says.
+fn comment_sign(text: &str) -> &'static str {
+    let first = numbered(text).map(|(_, line)| line.trim_start());
+    let first = first.clone().find(|line| !line.is_empty()).unwrap_or("");
+    let begins = |sign: &&&str| first.starts_with(**sign);
+    COMMENTS.iter().find(begins).unwrap_or(&COMMENTS[0])
+}
+
+/// The last of the comments that the file begins with: numpy writes its header there.
+fn commented_header(text: &str) -> Option<Line<'_>> {
+    let sign = comment_sign(text);
+    let begins = numbered(text).filter(|(_, line)| !line.trim().is_empty());
+    let comments =
+        begins.map_while(|(row, line)| Some((row, line.trim_start().strip_prefix(sign)?)));
+    comments.last()
+}
+
+/// All lines, with their numbers.
+fn numbered(text: &str) -> impl Iterator<Item = Line<'_>> + Clone {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let line_end = if text.contains('\n') { '\n' } else { '\r' };
+    let lines = text.split(line_end).enumerate();
+    lines.map(|(index, line)| (index + 1, line.trim_end_matches('\r')))
 }
 
 /// How many numbers so many rows of so many columns take.

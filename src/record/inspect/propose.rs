@@ -4,7 +4,7 @@ use super::follow::{Follows, follows};
 use super::targets::{COMMAND, Targets};
 use crate::record::column::{Column, Odd};
 use crate::record::mapping::small;
-use crate::record::names::{COUNTS, Meaning, is_no_signal, meanings};
+use crate::record::names::{COUNTS, Meaning, is_no_signal, meanings, unit_of_time};
 use crate::record::ranges::limit;
 use crate::record::table::Table;
 use crate::record::target::Target;
@@ -320,16 +320,16 @@ impl Finder<'_> {
         };
         rising.retain(|&index| rises(self.values(index)) && may_be_time(index));
         if let [only] = rising[..] {
-            if self.column(only).label.unit.is_none() && counts_rows(self.values(only)) {
+            let label = &self.column(only).label;
+            let unit = match &label.unit {
+                Some(_) => self.unit_for(only, Quantity::Time),
+                None => unit_of_time(label),
+            };
+            if label.unit.is_none() && unit.is_none() && counts_rows(self.values(only)) {
                 return self.doubt_counter(only);
             }
             let reason = "it is the only column that rises from row to row".into();
-            self.propose(
-                only,
-                Target::Time,
-                self.unit_for(only, Quantity::Time),
-                reason,
-            );
+            self.propose(only, Target::Time, unit, reason);
         }
     }
 

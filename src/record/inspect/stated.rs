@@ -27,7 +27,9 @@ pub(super) fn stated(above: &[String]) -> Option<(f64, &str)> {
 fn seconds(line: &str) -> Option<f64> {
     let begins = line.find(|letter: char| letter.is_ascii_digit())?;
     let number = |letter: char| letter.is_ascii_digit() || ".,eE-".contains(letter);
-    let ends = line[begins..].find(|letter| !number(letter))?;
+    let ends = line[begins..]
+        .find(|letter| !number(letter))
+        .unwrap_or(line.len() - begins);
     let (value, rest) = line[begins..].split_at(ends);
     let value: f64 = value
         .trim_end_matches([',', '.'])
@@ -38,6 +40,16 @@ fn seconds(line: &str) -> Option<f64> {
     let unit = unit
         .split(|letter: char| !letter.is_alphanumeric() && !"µ/".contains(letter))
         .next()?;
+    // Or in brackets before it: `Sample rate [Hz] = 1000`.
+    let unit = match unit {
+        "" => line[..begins]
+            .rsplit_once(['[', '('])?
+            .1
+            .split([']', ')'])
+            .next()?
+            .trim(),
+        unit => unit,
+    };
     let interval = match unit.to_lowercase().as_str() {
         "hz" | "s/s" | "sps" | "1/s" => 1.0 / value,
         "khz" | "ks/s" | "ksps" => 1e-3 / value,
@@ -57,6 +69,7 @@ mod tests {
             ("Sample rate: 2000 Hz", Some(5e-4)),
             ("Abtastrate = 2000 Hz", Some(5e-4)),
             ("%rate 3125 Hz", Some(3.2e-4)),
+            ("acceptance, sample rate [Hz] = 1000", Some(1e-3)),
             ("Rate;1000;Hz", Some(1e-3)),
             ("# logged at 2.5 kHz", Some(4e-4)),
             ("Abtastzeit;0,5;ms", Some(5e-4)),

@@ -177,6 +177,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "dead_band~loop",
         "flow_saturation~series",
         "asymmetric_gain~saturation",
+        "overlap~leaking",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -556,7 +557,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 104] = [
+const TWINS: [Twin; 105] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1076,6 +1077,11 @@ const TWINS: [Twin; 104] = [
             ("overlap_a_t", 4.0),
             ("edge_clearance", 1.5),
         ],
+    ),
+    (
+        "overlap~leaking=2:closing=0.6",
+        "overlap~leaking",
+        &[("leak_opening", 2.0), ("leak_closing", 0.6)],
     ),
     (
         "dead_band~feedback=0.3",

@@ -451,6 +451,12 @@ fn a_form_behind_the_spool_is_told_from_what_comes_near_it() {
             &[],
         ),
         (
+            "overlap~leaking=3:closing=1.5",
+            "overlap,gain_curvature,asymmetric_gain,flow_saturation",
+            ["overlap", "leaking"],
+            &[("leak_opening", 3.0), ("leak_closing", 1.5)],
+        ),
+        (
             "supply_droop~limited=0.1:lag=0.15:pump=20",
             "supply_droop,flow_saturation,gain_curvature,viscosity_drift",
             ["supply_droop", "limited"],

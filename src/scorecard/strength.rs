@@ -113,6 +113,7 @@ impl Open {
         };
         match kind {
             Kind::Leakage => extra("width", 1.5, 8.0),
+            Kind::Overlap if form == Form::Leaking => extra("closing", 0.5, 4.0),
             Kind::Overlap if form == Form::Bridge => {
                 for edge in ["b_t", "p_b", "a_t"] {
                     extra(edge, 0.5, 8.0);
@@ -212,6 +213,7 @@ impl Open {
             Kind::Friction => Dial::rising(0.1, 0.8 * valve.saturation.min(3.0)),
             Kind::FlowForce => Dial::rising(0.1, 0.9),
             Kind::StrokeLimit => Dial::limit(11.0, 7.5, 1.0),
+            Kind::Overlap if form == Form::Leaking => Dial::rising(2.0, 20.0),
             Kind::Overlap => Dial::rising(4.0, 40.0),
             Kind::AsymmetricGain => Dial::rising(0.05, 0.6).signed(rng),
             Kind::GainCurvature if form == Form::Laminar => Dial::rising(0.05, 0.4),

@@ -192,6 +192,8 @@ struct Opening {
     clearance: Option<f64>,
     /// Those of P-A, B-T, P-B and A-T, and the clearance of all.
     bridge: Option<([f64; 4], f64)>,
+    /// How far edges are open at null that leak where they are covered, and how slowly that ceases.
+    leaking: Option<(f64, f64)>,
     /// h (1 + a sign(h)).
     asymmetry: f64,
     /// h + c h (|h| − 1).
@@ -230,11 +232,14 @@ impl Opening {
                 ["b_t", "p_b", "a_t", "clearance"].map(|key| p.key(key).unwrap_or(1.0) / 100.0);
             ([p.value / 100.0, b_t, p_b, a_t], clearance)
         });
+        let leaking = find(planted, Kind::Overlap, Form::Leaking)
+            .map(|p| (p.value / 100.0, p.key("closing").unwrap_or(1.0)));
         let knee = find(planted, Kind::GainCurvature, Form::Knee);
         let shape = find(planted, Kind::GainCurvature, Form::Shaped);
         let width = |p: &Planted| p.key("width").unwrap_or(0.5 * p.value);
         Self {
             bridge,
+            leaking,
             overlap: overlap / 100.0,
             overlap_negative: negative / 100.0,
             knee: knee.map(|p| (p.value, p.key("at").unwrap_or(40.0) / 100.0)),
@@ -257,6 +262,7 @@ impl Opening {
 
     fn at(&self, x: f64) -> f64 {
         let h = match (self.rounding, self.clearance) {
+            _ if self.leaking.is_some() => self.leaking.map_or(x, |leaking| fed(leaking, x)),
             _ if self.bridge.is_some() => self.bridge.map_or(x, |bridge| connected(bridge, x)),
             (Some(width), _) => {
                 let (low, high) = (x - self.overlap, x + self.overlap);
@@ -307,6 +313,13 @@ fn connected((laps, clearance): ([f64; 4], f64), x: f64) -> f64 {
     let (entering, leaving) = ((p_a + p_b).powi(2), (a_t + b_t).powi(2));
     let share = entering / (entering + leaving).max(1e-30);
     std::f64::consts::SQRT_2 * (p_a * (1.0 - share).sqrt() - a_t * share.sqrt())
+}
+
+/// What a port is fed by the edge to P and loses at that to T, of which one is covered by the share `x` of full scale that the other opens.
+fn fed((at_null, slowly): (f64, f64), x: f64) -> f64 {
+    let open = at_null + x.abs();
+    let covered = at_null * at_null / (at_null + x.abs() / slowly).max(1e-30);
+    (open - covered).copysign(x)
 }
 
 /// Q (1 + drift · t), t as [`Drift`] has it, or with a heating Q (1 + drift · (ϑ − ϑ0)) where the oil warms up.

@@ -357,8 +357,9 @@ impl Kind {
                     ("rail", 13.0, &[Form::Rail]),
                 ]),
             Self::Overlap => entry("overlap", "%", "flow", (0.0, 90.0), 4.0,
-                &[Form::Rounded, Form::Edges, Form::Clearance, Form::Bridge],
+                &[Form::Rounded, Form::Edges, Form::Clearance, Form::Bridge, Form::Leaking],
                 &[
+                    ("closing", 1.0, &[Form::Leaking]),
                     ("width", f64::NAN, &[Form::Rounded]),
                     ("negative", 0.0, &[Form::Edges]),
                     ("clearance", 2.0, &[Form::Clearance, Form::Bridge]),

@@ -290,6 +290,7 @@ catalogue! {
     dead_band::DeadBandOfLoop = LOOP,
     flow_saturation::FlowSaturationOfSeries = SERIES,
     asymmetric_gain::AsymmetricSaturation = SATURATION,
+    overlap::OverlapOfLeaking = LEAKING,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -265,9 +265,75 @@ impl<R: Real> Act<R> for OverlapOfBridge<R> {
     }
 }
 
+pub(super) const LEAKING: Entry = Entry {
+    name: "overlap~leaking",
+    summary: "Edges that the lands cover leak all the same, the less the further they cover them",
+    finding: "the edges are open by {leak_opening} at null, and leak half as much where they are covered by {leak_closing} times that",
+    equation: "h = x + x leak_opening / (leak_opening leak_closing + |x|): each edge opens c + x, and where it is covered \
+               c^2/(c + |x|/leak_closing), with c = leak_opening",
+    shows: "a flow gain at null of about twice that far from it, to which it comes down slowly, the same on both sides",
+    confused: "overlap~rounded and overlap~bridge, which are through with it at a certain opening; gain_curvature~knee; leakage, which a \
+               meter between A and B does not see",
+    source: "Eryilmaz and Wilson, Combining Leakage and Orifice Flows in a Hydraulic Servovalve Model, J. Dyn. Syst. Meas. Control 122, 2000",
+    parameters: |_, _| {
+        vec![
+            Parameter::linear("leak_opening", "%", 0.0, 0.0, 20.0),
+            Parameter::log("leak_closing", "1", 0.02, 1.0, 20.0),
+        ]
+    },
+    trials: |_, _| [[0.5, 1.0], [2.0, 1.0], [6.0, 3.0]].map(Vec::from).to_vec(),
+    ..ENTRY
+};
+
+/// Edges that leak where they are covered.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct OverlapOfLeaking<R> {
+    opening: R,
+    closing: R,
+}
+
+impl<R: Real> OverlapOfLeaking<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            opening: next(),
+            closing: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for OverlapOfLeaking<R> {
+    #[inline(always)]
+    fn opening(&self, opening: R) -> R {
+        let scale = (self.opening * self.closing + opening.abs()).max(R::constant(1e-12));
+        opening + opening * (self.opening / scale)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn covered_edges_leak_as_eryilmaz_and_wilson_have_it() {
+        let at = |c: f64, closing: f64, x: f64| {
+            let mut values = [c, closing].into_iter();
+            let effect: OverlapOfLeaking<f64> = OverlapOfLeaking::new(|| values.next().unwrap());
+            effect.opening(x)
+        };
+        // Each port is fed by one edge, and drained by the other.
+        let edge = |c: f64, closing: f64, x: f64| match x > 0.0 {
+            true => c + x,
+            false => c * c / (c - x / closing),
+        };
+        for (c, closing, x) in [(1.0, 1.0, 0.3), (2.0, 0.4, -7.0), (0.5, 6.0, 40.0)] {
+            let flow = edge(c, closing, x) - edge(c, closing, -x);
+            assert!((at(c, closing, x) - flow).abs() < 1e-12, "{x}");
+        }
+        // What is shared out at null comes to twice the gain where both edges do it alike; without a leak it is not there.
+        assert!((at(1.0, 1.0, 1e-6) - 2e-6).abs() < 1e-11);
+        assert_eq!([at(0.0, 1.0, -7.3), at(0.0, 3.0, 0.0)], [-7.3, 0.0]);
+    }
 
     #[test]
     fn a_bridge_of_edges_is_theirs() {

@@ -142,7 +142,9 @@ impl<'a> Screening<'a> {
             };
             let significant = |i: usize| self.effects[i].p_value <= LEVEL;
             let good = |&((i, j), share): &((usize, usize), f64)| {
-                share > least && (significant(i) || significant(j))
+                // Two forms of one cause make up for each other.
+                let of_two = !candidates[i].is_form_of(&candidates[j]);
+                of_two && share > least && (significant(i) || significant(j))
             };
             let shares = directions.shares(self.evidence.memory.interrupt());
             let shares = shares.into_iter().filter(good);

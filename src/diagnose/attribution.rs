@@ -1,11 +1,13 @@
 //! Which effects the model lacks: add, exchange, drop, until nothing more is significant.
 
 use super::added::{Added, Considered, Contest, Decision, Rival};
+use super::between_rows::Jumping;
 use super::evidence::{Evidence, Model, Side};
 use super::hold::come_closer;
 use super::led::led;
 use super::located::Located;
 use super::preference::LEAST_OF_COST;
+use super::problem::IdentificationProblem;
 use super::screen::{LEVEL, Screened, Screening};
 use super::sensors::{of_a_sensor, with_sensors};
 use super::sought::{begun, least_costly, to_the_end};
@@ -50,6 +52,8 @@ pub(super) enum Sought {
     Quieter(BTreeMap<String, Noise>),
     /// It shows that the command does this between its rows: all is to be sought with that, from the beginning.
     OtherHold(Hold),
+    /// It shows when the command jumped between them: the same.
+    Placed(Box<IdentificationProblem>),
 }
 
 /// The result of the selection.
@@ -96,6 +100,8 @@ pub(super) struct Allowed<'a> {
     pub(super) located: Option<Located>,
     /// What else the command may do between its rows, where nothing says what it does.
     pub(super) other_hold: Option<Hold>,
+    /// What places the command's jumps between its rows, where that may still be done.
+    pub(super) jumping: Option<Jumping<'a>>,
 }
 
 impl Allowed<'_> {
@@ -268,7 +274,15 @@ impl<'a, 'b> Selection<'a, 'b> {
         if let Some(noise) = self.evidence.quieter(model) {
             return Some(Sought::Quieter(noise));
         }
-        let other = self.allowed.other_hold.filter(|_| first)?;
+        if !first {
+            return None;
+        }
+        let jumping = self.allowed.jumping.as_ref();
+        let placed = jumping.and_then(|jumping| jumping.placed_by(self.evidence, model));
+        if let Some(placed) = placed {
+            return Some(Sought::Placed(Box::new(placed)));
+        }
+        let other = self.allowed.other_hold?;
         let preferred = self.evidence.prefers(other, model);
         preferred.then_some(Sought::OtherHold(other))
     }

@@ -1,15 +1,17 @@
 //! Jumps of a command between two rows: a generator does not wait for the logger. When it jumped is what the valve shows.
 
-use super::evidence::{QUICK, set_start};
-use super::fitted::Fitted;
+use super::evidence::{Evidence, Model, QUICK, set_start};
 use super::placed_jumps::{Jump, PlacedJumps, opened, set};
 use super::problem::IdentificationProblem;
 use super::simulation::Trajectories;
+use super::statistics::noise::Noise;
+use super::verdict::NEAR;
 use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Problem, reference};
-use crate::model::{Complete, Hold, Output, Outputs};
+use crate::model::{Complete, Hold, Output, Outputs, Structure};
 use crate::search::polish::polish;
 use crate::search::{Plan, Stoppable};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Jumps are placed and the model is fitted in turn, at most so many times,
@@ -37,21 +39,22 @@ const FAR: f64 = 10.0;
 /// Jumps are placed at most so many times.
 const MOST: usize = 2;
 
-/// `problem` with the jumps of its commands placed between the rows, where they did not come with them and `fitted` follows its rows
-/// much better so; otherwise `None`.
+/// `problem` with the jumps of its commands placed between the rows, where they did not come with them and `model`, from its start,
+/// follows its rows much better so, beside this `noise`; otherwise `None`.
 pub(super) fn with_jumps_placed(
     problem: &IdentificationProblem,
-    fitted: &Fitted,
+    model: &Problem,
+    noise: &BTreeMap<String, Noise>,
     plan: &Plan,
 ) -> Option<IdentificationProblem> {
+    if !may_be_placed(problem) {
+        return None;
+    }
     let measurements = &problem.measurements;
     let known = &measurements.placed_jumps;
     let times = known.times;
-    if times == MOST || (problem.hold_known && problem.structure.hold != Hold::BetweenJumps) {
-        return None;
-    }
     let mut records = [&measurements.fit[..], &measurements.hold_out].concat();
-    let mut before = [&fitted.simulated.fit[..], &fitted.simulated.hold_out].concat();
+    let mut before = simulated(model, &records);
     let mut jumps = known.of_series.clone();
     if times == 0 {
         jumps = records.iter_mut().map(opened).collect();
@@ -64,18 +67,11 @@ pub(super) fn with_jumps_placed(
     if jumps.iter().flatten().count() < FEWEST {
         return None;
     }
-    let noise = fitted.noise(measurements, false);
-    // Where the spool is measured it is what answers: what follows it may be off by what the model lacks behind it.
-    let observed = &fitted.problem.structure.observed;
-    let answers =
-        |output: &&Output| !observed.contains(&Output::Spool) || **output == Output::Spool;
-    let answering = observed.iter().filter(answers);
-    let weights: Vec<(Output, f64)> = answering
-        .map(|&output| (output, noise[output.name()].value.powi(-2)))
+    let weights: Vec<(Output, f64)> = answering(&model.structure)
+        .map(|output| (output, noise[output.name()].value.powi(-2)))
         .collect();
     let before = left(&records, &before, &jumps, &weights);
-    let mut model = fitted.problem.clone();
-    set_start(&mut model, fitted.fit.values());
+    let mut model = model.clone();
     model.structure.hold = Hold::BetweenJumps;
     model.scale = Outputs::default();
     for &(output, weight) in &weights {
@@ -123,6 +119,55 @@ pub(super) fn with_jumps_placed(
         }
         placed
     })
+}
+
+/// What a selection of effects places jumps by: the sooner they come when they came, the fewer causes are sought in vain.
+pub(super) struct Jumping<'a> {
+    /// The problem whose records they are.
+    pub(super) asked: &'a IdentificationProblem,
+    /// Its base model on all of their rows.
+    pub(super) base: &'a Problem,
+    pub(super) noise: &'a BTreeMap<String, Noise>,
+    pub(super) plan: &'a Plan,
+}
+
+impl Jumping<'_> {
+    /// As [`with_jumps_placed`], by a `model` that was fitted to the evidence. What does not show when a command jumped has to be followed:
+    /// it bends the rest of the model.
+    pub(super) fn placed_by(
+        &self,
+        evidence: &Evidence,
+        model: &Model,
+    ) -> Option<IdentificationProblem> {
+        let structure = model.structure();
+        let answering: Vec<Output> = answering(structure).collect();
+        let beside = structure.observed.iter();
+        let mut beside = beside.filter(|output| !answering.contains(output));
+        if beside.any(|&output| model.left(output) > NEAR) {
+            return None;
+        }
+        let mut problem = Problem {
+            data: self.base.data.clone(),
+            ..model.problem.clone()
+        };
+        evidence.release(&mut problem);
+        with_jumps_placed(self.asked, &problem, self.noise, self.plan)
+    }
+}
+
+/// Whether jumps of the commands of `problem` may still be placed.
+fn may_be_placed(problem: &IdentificationProblem) -> bool {
+    let between = problem.structure.hold == Hold::BetweenJumps;
+    problem.measurements.placed_jumps.times < MOST && (between || !problem.hold_known)
+}
+
+/// What shows when a command has jumped. Where the spool is measured that is what answers: what follows it may be off by what the model
+/// lacks behind it.
+fn answering(structure: &Structure) -> impl Iterator<Item = Output> {
+    let observed = &structure.observed;
+    let alone = observed.contains(&Output::Spool);
+    let all = observed.iter().copied();
+    all.filter(move |output| !alone || *output == Output::Spool)
 }
 
 /// The `model`, fitted to the first so many of the `records`, whose jumps are placed by it; `None` where it diverges or was stopped, or
@@ -256,13 +301,13 @@ fn of_turn(jumps: &mut [Vec<Jump>], turn: usize) -> impl Iterator<Item = (usize,
 }
 
 /// What `model` gives for `records`.
-fn simulated(model: &Problem, records: &[Series]) -> Trajectories {
+pub(super) fn simulated(model: &Problem, records: &[Series]) -> Trajectories {
     let values = Complete::nominal(&model.parameters);
     reference::trajectories(&model.structure, &values, records)
 }
 
 /// `model`, fitted to these records from where it is; `None` where that diverges or was stopped.
-fn polished(mut model: Problem, records: Vec<Series>, plan: &Plan) -> Option<Problem> {
+pub(super) fn polished(mut model: Problem, records: Vec<Series>, plan: &Plan) -> Option<Problem> {
     model.data = Arc::new(Data::Series(records));
     let (free, start) = (model.free(), model.start());
     if free.is_empty() {

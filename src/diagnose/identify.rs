@@ -2,7 +2,7 @@
 
 use super::added::{Considered, Decision};
 use super::attribution::{Allowed, Attribution, Selection, Sought};
-use super::between_rows::with_jumps_placed;
+use super::between_rows::{Jumping, with_jumps_placed};
 use super::clocks::with_clocks_set;
 use super::evidence::{Evidence, Model, Side, set_start};
 use super::fitted::{Fitted, least_ratio, quieter, weights};
@@ -24,7 +24,7 @@ use super::verdict::{Criteria, Verdict};
 use crate::Result;
 use crate::evaluate::problem::Series;
 use crate::evaluate::{Evaluator, Problem};
-use crate::model::effects::{Effect, Scale};
+use crate::model::effects::Effect;
 use crate::model::{Output, Parameter};
 use crate::search::{Fit, Plan, fit_and_hop, refine};
 use std::collections::BTreeMap;
@@ -70,7 +70,7 @@ pub fn identify(
     if stage.goes_on()
         && let Some(set) = with_quiet_inputs(&asked, &first)
             .or_else(|| with_clocks_set(&asked, &first))
-            .or_else(|| with_jumps_placed(&asked, &first, plan))
+            .or_else(|| with_jumps_placed_by(&asked, &first, plan))
     {
         return identify(set, evaluator, plan, options, progress);
     }
@@ -93,14 +93,21 @@ pub fn identify(
         plan,
         options: options.clone(),
         stage,
+        asked: &asked,
         measurements,
-        sizes: asked.sizes.clone(),
         hold_known,
         hold_shown,
         search: &search,
         evaluations,
+        // Once: what is named in the end places them better than any first cause.
+        places_jumps: asked.measurements.placed_jumps.times == 0,
     };
-    let mut result = diagnosis.of(problem.clone(), start, noise.clone())?;
+    let mut result = match diagnosis.until_jumps_show(problem.clone(), start, noise.clone())? {
+        Diagnosed::So(result) => *result,
+        Diagnosed::WithJumpsPlaced(placed) => {
+            return identify(*placed, evaluator, plan, options, progress);
+        }
+    };
     problem.structure.hold = result.after.problem.structure.hold;
     if !hold_shown && result.may_be_the_other_way() && diagnosis.stage.goes_on() {
         let mut other = problem.clone();
@@ -142,7 +149,7 @@ pub fn identify(
         with_run_in(&asked, after)
             .or_else(|| with_quiet_inputs(&asked, after))
             .or_else(|| with_clocks_set(&asked, after))
-            .or_else(|| with_jumps_placed(&asked, after, plan))
+            .or_else(|| with_jumps_placed_by(&asked, after, plan))
     };
     if diagnosis.stage.goes_on()
         && let Some(later) = later()
@@ -171,6 +178,18 @@ fn base_fit(
     Ok(Fitted::new(problem, found, &asked.measurements, None, plan))
 }
 
+/// As [`with_jumps_placed`], by a model that is `fitted`.
+fn with_jumps_placed_by(
+    asked: &IdentificationProblem,
+    fitted: &Fitted,
+    plan: &Plan,
+) -> Option<IdentificationProblem> {
+    let mut model = fitted.problem.clone();
+    set_start(&mut model, fitted.fit.values());
+    let noise = fitted.noise(&asked.measurements, false);
+    with_jumps_placed(asked, &model, &noise, plan)
+}
+
 /// What share of a held-out channel's motion `fitted` follows at least, beside the `noise`.
 fn least_followed(fitted: &Fitted, noise: &BTreeMap<String, Noise>) -> f64 {
     let errors = fitted.errors.hold_out.iter();
@@ -188,13 +207,22 @@ struct Diagnosis<'a> {
     plan: &'a Plan,
     options: Options,
     stage: Stage<'a>,
+    asked: &'a IdentificationProblem,
     measurements: &'a Measurements,
-    sizes: Scale,
     hold_known: bool,
     /// Whether that is known, or the record shows it.
     hold_shown: bool,
     search: &'a Fit,
     evaluations: usize,
+    /// Whether it ends where a first cause shows when the command jumped.
+    places_jumps: bool,
+}
+
+/// What a diagnosis comes to.
+enum Diagnosed {
+    So(Box<Identified>),
+    /// All is to be sought in what this asks, from the beginning.
+    WithJumpsPlaced(Box<IdentificationProblem>),
 }
 
 /// What a diagnosis decides on: the base model, its noise, and what follows from them.
@@ -211,13 +239,28 @@ struct Base<'a> {
 }
 
 impl<'d> Diagnosis<'d> {
-    /// Diagnoses `problem`, whose base parameters are near `start`, where the channels have this `noise`.
+    /// Diagnoses `problem`, whose base parameters are near `start`, where the channels have this `noise`, with the command's jumps where
+    /// they are.
     fn of(
+        &mut self,
+        problem: Problem,
+        start: &[f64],
+        noise: BTreeMap<String, Noise>,
+    ) -> Result<Identified> {
+        self.places_jumps = false;
+        match self.until_jumps_show(problem, start, noise)? {
+            Diagnosed::So(result) => Ok(*result),
+            Diagnosed::WithJumpsPlaced(_) => unreachable!("none are placed"),
+        }
+    }
+
+    /// The same, unless its first cause shows when the command jumped between two rows.
+    fn until_jumps_show(
         &mut self,
         mut problem: Problem,
         start: &[f64],
         noise: BTreeMap<String, Noise>,
-    ) -> Result<Identified> {
+    ) -> Result<Diagnosed> {
         // Each channel now counts by its noise.
         problem.scale = weights(&noise, &self.measurements.fit);
         self.stage.begins("base model: polishing");
@@ -236,7 +279,7 @@ impl<'d> Diagnosis<'d> {
             settled.set(&mut problem);
             before = self.beside_the_flow(problem, located.path, &noise)?;
         }
-        let sizes = self.sizes.clone();
+        let sizes = self.asked.sizes.clone();
         let evidence = Evidence::new(
             &before,
             &noise,
@@ -259,15 +302,16 @@ impl<'d> Diagnosis<'d> {
         let attribution = match self.attribution(&mut base)? {
             Some(Sought::Quieter(noise)) => {
                 self.evaluations += base.evidence.evaluations();
-                return self.of(before.problem, start, noise);
+                return self.until_jumps_show(before.problem, start, noise);
             }
             Some(Sought::OtherHold(hold)) => {
                 self.evaluations += base.evidence.evaluations();
                 let mut problem = before.problem;
                 problem.structure.hold = hold;
                 self.hold_shown = true;
-                return self.of(problem, start, noise);
+                return self.until_jumps_show(problem, start, noise);
             }
+            Some(Sought::Placed(placed)) => return Ok(Diagnosed::WithJumpsPlaced(placed)),
             Some(Sought::Found(found)) => Some(*found),
             None => None,
         };
@@ -338,7 +382,7 @@ impl<'d> Diagnosis<'d> {
             let closest = closest(verdict, &considered);
             signatures.push(of_residual(&before, form, closest, records));
         }
-        Ok(Identified {
+        Ok(Diagnosed::So(Box::new(Identified {
             verdict,
             asked,
             explained: (!added.is_empty()).then(|| criteria.explained()),
@@ -359,7 +403,7 @@ impl<'d> Diagnosis<'d> {
             search: self.search.clone(),
             evaluations: self.evaluations,
             broken_off: self.stage.broken_off().map(str::to_owned),
-        })
+        })))
     }
 
     /// The fit of `problem` from `start`, in units of the `noise`.
@@ -422,6 +466,12 @@ impl<'d> Diagnosis<'d> {
 
     /// A selection of what is missing of `base`, whose model this is.
     fn selection<'s>(&'s mut self, base: &'s Base, model: &Model) -> Selection<'s, 'd> {
+        let jumping = self.places_jumps.then_some(Jumping {
+            asked: self.asked,
+            base: &base.fitted.problem,
+            noise: base.noise,
+            plan: self.plan,
+        });
         Selection::new(
             &base.evidence,
             model,
@@ -431,6 +481,7 @@ impl<'d> Diagnosis<'d> {
                 asked: &base.asked,
                 located: base.located,
                 other_hold: (!self.hold_shown).then(|| other_hold(base.fitted, self.plan)),
+                jumping,
             },
             self.options.max_effects,
             &mut self.stage,

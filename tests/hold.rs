@@ -289,6 +289,43 @@ fn a_jump_between_two_rows_is_put_where_the_valve_answers_it() {
     assert!(error(&told) > 1.1 * error(&report));
 }
 
+/// A generator's filter knows no rows. Straight from one to the next what is fast is less than it was, and a valve that lacks nothing seems
+/// to make more of it.
+#[test]
+fn a_command_that_is_fast_for_its_rows_goes_on_in_a_curve() {
+    let sines = [(2.3, 1.5), (11.0, 1.2), (29.0, 1.0), (47.0, 0.8)];
+    let fast = |time: f64| {
+        let sines = sines.iter();
+        sines
+            .map(|(hertz, volts)| volts * (TAU * hertz * time).sin())
+            .sum()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let record = going_on(0.002, 0.01, fast, valve(9.0, 0.0));
+    write(folder.path().join("log.csv"), record).unwrap();
+    let run = |more: &[&str]| {
+        let call = ["identify", "log.csv", "--evaluator", "cpu"];
+        let text = printed(&servobee(folder.path(), &[&call[..], more].concat()));
+        (json(folder.path().join(more[1]).join("report.json")), text)
+    };
+    for more in [
+        &["--out", "out"][..],
+        &["--out", "again", "--model", "out/model.toml"],
+    ] {
+        let (report, printed) = run(more);
+        assert_eq!(report["verdict"], "none", "{printed}");
+        let warnings = report["warnings"].to_string();
+        assert!(
+            warnings.contains("it is taken to go on in a curve"),
+            "{warnings}"
+        );
+        let gain = report["parameters"][0]["value"].as_f64().unwrap();
+        assert!((gain / GAIN - 1.0).abs() < 0.01, "{gain}");
+    }
+    let rows = std::fs::read_to_string(folder.path().join("out/residual.csv")).unwrap();
+    assert_eq!(rows.lines().count(), 4001);
+}
+
 /// Pulses of a few rows, in held-out rows alone: each of their two jumps has its own place, and what the first does is still there at
 /// the second.
 #[test]

@@ -111,6 +111,7 @@ pub(super) fn with_jumps_placed(
         all.placed_jumps = PlacedJumps {
             times: times + 1,
             of_series: jumps,
+            ..all.placed_jumps
         };
         if times == 0 {
             let remark = "the command jumps between rows and not with them: its jumps are put where the valve answers them, in rows \

@@ -236,7 +236,7 @@ impl OtherHold {
 }
 
 /// The residuals of each observed channel, in units of the noise by which `problem` was fitted.
-fn residuals(problem: &Problem, compared: &[Compared]) -> Vec<Vec<f64>> {
+pub(super) fn residuals(problem: &Problem, compared: &[Compared]) -> Vec<Vec<f64>> {
     let channel = |&output: &Output| -> Vec<f64> {
         let noise = problem.scale[output].sqrt();
         let residual = residual_in_all_rows(compared, output).into_iter();

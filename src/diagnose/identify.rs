@@ -4,6 +4,7 @@ use super::added::{Considered, Decision};
 use super::attribution::{Allowed, Attribution, Selection, Sought};
 use super::between_rows::{Jumping, with_jumps_placed};
 use super::clocks::with_clocks_set;
+use super::curved::with_curves;
 use super::evidence::{Evidence, Model, Side, set_start};
 use super::fitted::{Fitted, least_ratio, quieter, weights};
 use super::free_form::{FoundForm, found as found_form, free_forms};
@@ -70,6 +71,7 @@ pub fn identify(
     if stage.goes_on()
         && let Some(set) = with_quiet_inputs(&asked, &first)
             .or_else(|| with_clocks_set(&asked, &first))
+            .or_else(|| with_curves(&asked, &first, plan))
             .or_else(|| with_jumps_placed_by(&asked, &first, plan))
     {
         return identify(set, evaluator, plan, options, progress);
@@ -149,6 +151,7 @@ pub fn identify(
         with_run_in(&asked, after)
             .or_else(|| with_quiet_inputs(&asked, after))
             .or_else(|| with_clocks_set(&asked, after))
+            .or_else(|| with_curves(&asked, after, plan))
             .or_else(|| with_jumps_placed_by(&asked, after, plan))
     };
     if diagnosis.stage.goes_on()

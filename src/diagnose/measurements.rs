@@ -207,6 +207,7 @@ impl Measurements {
             .chain(hold_out.map(|one| (one, true)));
         for (((series, &record), &rows), held) in both.filter(|((_, rows), _)| **rows > 0) {
             let first = first_counting(series);
+            let compared = counted(&series.samples[first..rows]);
             for sample in &mut series.samples[first..rows] {
                 sample.weight = 0.0;
             }
@@ -215,7 +216,7 @@ impl Measurements {
                 true => &mut used.held_out,
                 false => &mut used.fitted,
             };
-            *count -= rows - first;
+            *count -= compared;
             let begins = format!("{} begins in motion", series.name);
             self.beginnings.retain(|known| !known.starts_with(&begins));
             let seconds = series.time[rows] - series.time[0];

@@ -39,6 +39,7 @@ mod attribution;
 mod between_rows;
 mod clocks;
 mod conditions;
+mod curved;
 mod evidence;
 mod fitted;
 mod free_form;

@@ -17,6 +17,8 @@ pub struct PlacedJumps {
     /// How often they were placed.
     pub(super) times: usize,
     pub(super) of_series: Vec<Vec<Jump>>,
+    /// Whether between two rows without one the commands go on in a curve.
+    pub(super) curved: bool,
 }
 
 /// A jump of a command.
@@ -53,6 +55,7 @@ pub(super) fn opened(series: &mut Series) -> Vec<Jump> {
             Sample {
                 weight: 0.0,
                 jumps: false,
+                between: true,
                 ..later
             },
         );

@@ -4,8 +4,6 @@ use crate::model::integrate::substeps;
 use crate::model::{Hold, Input, Outputs};
 use serde::{Deserialize, Serialize};
 
-/// Rows come one after the other where the time between them is less than this many times that between rows beside them.
-const ONE_AFTER_THE_OTHER: f64 = 1.5;
 /// How much of an interval between rows may be taken for rounding of the time stamps.
 pub(crate) const JITTER: f64 = 1e-6;
 
@@ -34,6 +32,9 @@ pub struct Sample {
     /// Whether the command jumps with the next row.
     #[serde(default)]
     pub jumps: bool,
+    /// Whether it is no row of the record, but stands between two; what evaluates it need not know.
+    #[serde(skip)]
+    pub between: bool,
 }
 
 impl Sample {
@@ -90,23 +91,14 @@ impl Series {
         let mut found: Vec<Vec<usize>> = Vec::new();
         let counting = |(_, sample): &(usize, &Sample)| sample.weight > 0.0;
         for (row, _) in self.samples.iter().enumerate().filter(counting) {
+            let follows =
+                |before: usize| self.samples[before + 1..row].iter().all(|one| one.between);
             match found.last_mut() {
-                Some(rows) if self.follows(rows[rows.len() - 1], row) => rows.push(row),
+                Some(rows) if follows(rows[rows.len() - 1]) => rows.push(row),
                 _ => found.push(vec![row]),
             }
         }
         found
-    }
-
-    /// Whether no row is between these two: the time from one to the other is that between others beside them.
-    fn follows(&self, one: usize, other: usize) -> bool {
-        let interval = |row: usize| Some(self.time.get(row + 1)? - self.time[row]);
-        let before = one.checked_sub(1).and_then(interval);
-        let beside = [before, interval(other)].into_iter().flatten();
-        let beside = beside.fold(f64::INFINITY, f64::min);
-        let next = other == one + 1;
-        next || (other == one + 2
-            && self.time[other] - self.time[one] < ONE_AFTER_THE_OTHER * beside)
     }
 
     /// Lets time, as the model sees it, be so many `seconds` later in every row. [`Self::time`] stays as it was recorded.
@@ -323,10 +315,8 @@ mod tests {
         assert_eq!(series.pieces(), [vec![1, 2], vec![5], vec![7]]);
         assert!(of(&[0.0]).pieces().is_empty());
         // Nobody measured what is between the last two.
-        series.time[6..].copy_from_slice(&[5.3, 6.0]);
-        series.time.push(7.0);
-        series.samples.push(series.samples[7]);
-        assert_eq!(series.pieces(), [vec![1, 2], vec![5, 7, 8]]);
+        series.samples[6].between = true;
+        assert_eq!(series.pieces(), [vec![1, 2], vec![5, 7]]);
     }
 
     #[test]

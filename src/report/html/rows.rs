@@ -194,5 +194,6 @@ impl Side<'_> {
 
 /// Whether a record that is held out has rows that were fitted.
 fn runs_in(series: &Series) -> bool {
-    series.samples.iter().any(|sample| sample.weight == 0.0)
+    let mut samples = series.samples.iter();
+    samples.any(|sample| sample.weight == 0.0 && !sample.between)
 }

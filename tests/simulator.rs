@@ -167,6 +167,11 @@ fn everything_planted_is_seen_and_nothing_else_is() {
 
 #[test]
 fn neutral_is_absent() {
+    // Long enough for steps, triangles and sweeps.
+    let short = |effects: &[&str]| Setup {
+        seconds: 2.0,
+        ..planted(effects)
+    };
     for kind in Kind::ALL {
         if matches!(
             kind,
@@ -179,7 +184,7 @@ fn neutral_is_absent() {
         ) {
             continue;
         }
-        let neutral = planted(&[&format!("{kind}=0")]);
+        let neutral = short(&[&format!("{kind}=0")]);
         let absent = Setup {
             planted: vec![],
             ..neutral.clone()
@@ -190,11 +195,11 @@ fn neutral_is_absent() {
             "{kind}"
         );
     }
-    let absent = planted(&[]).simulate().unwrap();
+    let absent = short(&[]).simulate().unwrap();
     for oddity in Oddity::ALL {
         let setup = Setup {
             outsiders: vec![format!("{oddity}=0").parse().unwrap()],
-            ..planted(&[])
+            ..short(&[])
         };
         assert_eq!(setup.simulate().unwrap(), absent, "{oddity}");
     }

@@ -21,8 +21,8 @@ const COUNTS: f64 = 0.1;
 /// Rows are next to each other if the time between two is no more than so many times that between others beside them.
 const GAP: f64 = 1.5;
 
-/// `problem` whose commands curve between their rows, where `fitted` then follows its rows better than with commands that go straight on, and
-/// nearly to the noise; otherwise `None`.
+/// `problem` whose commands curve between their rows, where `fitted` then follows its rows better than with commands that go straight on,
+/// and nearly to the noise; otherwise `None`.
 pub(super) fn with_curves(
     problem: &IdentificationProblem,
     fitted: &Fitted,
@@ -196,7 +196,8 @@ mod tests {
             let mean = (sum(to.time) - sum(from.time)) / (to.time - from.time);
             assert!((straight - mean).abs() < 1e-9);
         }
-        // Neither within the gap from 11 to 17 s nor where it jumps, from 25 to 26 s, nor where what is beside belongs to that; nor at the ends.
+        // Neither within the gap from 11 to 17 s nor where it jumps, from 25 to 26 s, nor where what is beside belongs to that; nor at
+        // the ends.
         let has = |moment: f64| between.iter().any(|one| one.input.time == moment);
         assert_eq!([1.5, 7.5, 9.5, 21.5, 30.5].map(has), [true; 5]);
         assert_eq!([0.5, 14.0, 24.5, 25.5, 26.5, 33.5].map(has), [false; 6]);

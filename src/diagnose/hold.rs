@@ -126,8 +126,8 @@ pub(super) fn other_way(fitted: &Fitted, hold: Hold, plan: &Plan) -> Option<Prob
     (!interrupt.asked()).then_some(problem)
 }
 
-/// `fitted` with this other `hold`, where the rows prefer that and it leaves nothing but noise. Where it leaves more, what is missing
-/// may prefer either: that says nothing of the command.
+/// `fitted` with this other `hold`, where that leaves nothing but noise, and the rows prefer it or `fitted` leaves more than that. Where it
+/// leaves more, what is missing may prefer either: that says nothing of the command.
 pub(super) fn complete_other_way(
     fitted: &Fitted,
     hold: Hold,
@@ -138,14 +138,21 @@ pub(super) fn complete_other_way(
         return Ok(None);
     };
     let beside = OtherHold::beside(fitted, &other, measurements);
-    if beside.preferred != Some(other.structure.hold) {
+    let preferred = beside.preferred == Some(other.structure.hold);
+    let leaves_something = || leaves_structure(&mut fitted.clone(), measurements);
+    if !preferred && (beside.errors[1] >= beside.errors[0] || !leaves_something()) {
         return Ok(None);
     }
     let refined = refine(&other, &other.start(), plan)?;
     let mut other = Fitted::new(other, refined, measurements, None, plan);
-    let noise = other.noise(measurements, false);
-    other.test_residual(measurements, &noise);
-    Ok((!other.structured()).then_some(other))
+    Ok((!leaves_structure(&mut other, measurements)).then_some(other))
+}
+
+/// Whether `fitted` leaves more than noise.
+fn leaves_structure(fitted: &mut Fitted, measurements: &Measurements) -> bool {
+    let noise = fitted.noise(measurements, false);
+    fitted.test_residual(measurements, &noise);
+    fitted.structured()
 }
 
 /// Whether with the `other` of held and interpolated `base`, or one of the `causes` that were tried on top of it, leaves less than all

@@ -10,7 +10,7 @@ use super::fitted::{Fitted, least_ratio, quieter, weights};
 use super::free_form::{FoundForm, found as found_form, free_forms};
 use super::hold::{Between, OtherHold, complete_other_way, is_closer, other_hold, other_way};
 use super::identified::Identified;
-use super::located::{Located, located};
+use super::located::{Located, located, of_the_spool};
 use super::measurements::{Measurements, starts};
 use super::problem::{IdentificationProblem, Options};
 use super::quiet_inputs::with_quiet_inputs;
@@ -69,9 +69,19 @@ pub fn identify(
         return identify(later, evaluator, plan, options, progress);
     }
     if stage.goes_on()
-        && let Some(set) = with_quiet_inputs(&asked, &first)
-            .or_else(|| with_clocks_set(&asked, &first))
-            .or_else(|| with_curves(&asked, &first, plan))
+        && let Some(set) =
+            with_quiet_inputs(&asked, &first).or_else(|| with_clocks_set(&asked, &first))
+    {
+        return identify(set, evaluator, plan, options, progress);
+    }
+    // What the command does between its rows is what answers it that shows.
+    let spool = match of_the_spool(&asked) {
+        Some(own) if stage.goes_on() => Some(base_fit(&own, evaluator, plan, &mut stage)?),
+        _ => None,
+    };
+    let answering = spool.as_ref().unwrap_or(&first);
+    if stage.goes_on()
+        && let Some(set) = with_curves(&asked, answering, plan)
             .or_else(|| with_jumps_placed_by(&asked, &first, plan))
     {
         return identify(set, evaluator, plan, options, progress);
@@ -81,11 +91,17 @@ pub fn identify(
     let search = first.fit.clone();
     if !hold_shown
         && stage.goes_on()
-        && let other = other_hold(&first, plan)
-        && let Some(other) = complete_other_way(&first, other, measurements, plan)?
+        && let other = other_hold(answering, plan)
+        && let Some(other) = complete_other_way(answering, other, measurements, plan)?
     {
+        let hold = other.problem.structure.hold;
+        if spool.is_some() {
+            let mut shown = asked.clone();
+            shown.measurements.shown_hold = Some(hold);
+            return identify(shown, evaluator, plan, options, progress);
+        }
         evaluations += other.fit.evaluations;
-        problem.structure.hold = other.problem.structure.hold;
+        problem.structure.hold = hold;
         first = other;
     }
     let noise = first.noise(measurements, false);
@@ -101,6 +117,7 @@ pub fn identify(
         hold_shown,
         search: &search,
         evaluations,
+        spool: spool.as_ref(),
         // Once: what is named in the end places them better than any first cause.
         places_jumps: asked.measurements.placed_jumps.times == 0,
     };
@@ -217,6 +234,8 @@ struct Diagnosis<'a> {
     hold_shown: bool,
     search: &'a Fit,
     evaluations: usize,
+    /// What moves the spool, fitted to that alone, where more is measured.
+    spool: Option<&'a Fitted>,
     /// Whether it ends where a first cause shows when the command jumped.
     places_jumps: bool,
 }
@@ -534,6 +553,7 @@ impl<'d> Diagnosis<'d> {
         self.stage.begins("where it acts");
         located(
             fitted,
+            self.spool,
             self.measurements,
             noise,
             self.plan.memory.interrupt(),

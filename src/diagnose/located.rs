@@ -6,6 +6,7 @@
 use super::evidence::{QUICK, set_start};
 use super::fitted::Fitted;
 use super::measurements::{Measurements, starts};
+use super::problem::IdentificationProblem;
 use super::sensors::{of_a_sensor, of_sensors};
 use super::simulation::{Compared, residual};
 use super::statistics::bootstrap::{MeanSquare, mean_square};
@@ -16,7 +17,7 @@ use crate::evaluate::problem::{Data, Series};
 use crate::evaluate::{Interrupt, Problem, reference};
 use crate::model::base::servo_valve::SPOOL_GAIN;
 use crate::model::effects::{Effect, Port};
-use crate::model::{Complete, Drive, Hold, Output, Outputs, Parameter, Structure};
+use crate::model::{Complete, Drive, Hold, Output, Outputs, Parameter, ServoValve, Structure};
 use crate::search::polish_on_data;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -137,15 +138,16 @@ impl Located {
     }
 }
 
-/// Where `fitted` fails, and what the spool alone was fitted by; `None` where it has no two pieces, where one does not fit at all, or
-/// where none fails. Several places are one where the others fail by what any bench adds alone.
+/// Where `fitted` fails, and what the spool alone was fitted by, from there or from what was fitted to it `alone`; `None` where it has no two
+/// pieces, where one does not fit at all, or where none fails. Several places are one where the others fail by what any bench adds alone.
 pub(super) fn located(
     fitted: &Fitted,
+    alone: Option<&Fitted>,
     measurements: &Measurements,
     noise: &BTreeMap<String, Noise>,
     interrupt: &Interrupt,
 ) -> Option<(Located, Vec<Parameter>)> {
-    let mut cut = Cut::new(fitted, measurements, noise, interrupt)?;
+    let mut cut = Cut::new(fitted, alone, measurements, noise, interrupt)?;
     let alone = cut.place()?;
     if alone.0.place != Place::Several {
         return Some(alone);
@@ -180,6 +182,8 @@ fn place_of(spool: &Piece, path: &Piece, chain: &Piece) -> Option<Located> {
 
 struct Cut<'a> {
     fitted: &'a Fitted,
+    /// What moves the spool, fitted to that alone.
+    alone: Option<&'a Fitted>,
     interrupt: &'a Interrupt,
     noise: Outputs<f64>,
     /// Fitted and held out.
@@ -192,6 +196,7 @@ impl<'a> Cut<'a> {
     /// `None` where spool and flow are not both measured, or the spool is not moved by the model.
     fn new(
         fitted: &'a Fitted,
+        alone: Option<&'a Fitted>,
         measurements: &Measurements,
         noise: &BTreeMap<String, Noise>,
         interrupt: &'a Interrupt,
@@ -208,6 +213,7 @@ impl<'a> Cut<'a> {
         };
         Some(Self {
             fitted,
+            alone,
             interrupt,
             noise: Outputs::from_fn(|output| noise.get(output.name()).map_or(0.0, |one| one.value)),
             records: [both(&measurements.fit), both(&measurements.hold_out)],
@@ -261,23 +267,27 @@ impl<'a> Cut<'a> {
         };
         let hold_out = Arc::new(Data::Series(hold_out));
         let structure = self.structure(output, from_spool, places);
-        let mut parameters = structure.parameters();
-        let known = &self.fitted.problem.parameters;
-        for parameter in &mut parameters {
-            let mut values = known.iter().zip(self.fitted.values.as_slice());
-            if let Some((other, &value)) = values.find(|(other, _)| other.name == parameter.name) {
-                *parameter = other.clone();
-                parameter.set_nominal(parameter.clamp(value));
+        // The fit of all that is measured may have come to rest in what is no valley of the spool.
+        let alone = self.alone.filter(|_| output == Output::Spool);
+        let data = Arc::new(Data::Series(fit));
+        let begun = [Some(self.fitted), alone].into_iter().flatten();
+        let fits = begun.filter_map(|begun| {
+            let mut problem = Problem {
+                data: data.clone(),
+                ..Problem::new(
+                    structure.clone(),
+                    begun_by(&structure, begun),
+                    Data::Series(Vec::new()),
+                )
+            };
+            problem.scale = Outputs::from_fn(|one| match one == output {
+                true => self.noise[one].powi(-2),
+                false => 0.0,
+            });
+            let (free, start) = (problem.free(), problem.start());
+            if free.is_empty() {
+                return Some((0.0, problem));
             }
-        }
-        let mut problem = Problem::new(structure, parameters, Data::Series(fit));
-        problem.scale = Outputs::from_fn(|one| match one == output {
-            true => self.noise[one].powi(-2),
-            false => 0.0,
-        });
-        let free = problem.free();
-        if !free.is_empty() {
-            let start = problem.start();
             let polished = polish_on_data(&problem, self.interrupt, &free, &start, &QUICK).ok()?;
             let set = set_by_held_out(
                 &problem,
@@ -288,7 +298,9 @@ impl<'a> Cut<'a> {
                 &QUICK,
             );
             set_start(&mut problem, &set.values);
-        }
+            Some((polished.cost, problem))
+        });
+        let (_, mut problem) = fits.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
         problem.data = hold_out;
         let values = Complete::nominal(&problem.parameters);
         let Data::Series(records) = &*problem.data else {
@@ -328,23 +340,12 @@ impl<'a> Cut<'a> {
     }
 
     fn structure(&self, output: Output, from_spool: bool, places: &[Place]) -> Structure {
-        let mut structure = self.fitted.problem.structure.clone();
-        structure.observed = vec![output];
-        structure
-            .effects
-            .retain(|effect| places.contains(&Place::of(effect)));
-        if let Some(base) = structure.servo_valve_mut() {
-            if output == Output::Spool {
-                base.valve = None;
-            } else {
-                base.spool_unit = None;
-            }
-            if from_spool {
-                base.drive = Drive::Direct;
-            }
-        }
+        let mut structure = part_of(&self.fitted.problem.structure, output, places);
         if from_spool {
             structure.hold = Hold::Interpolated;
+            if let Some(base) = structure.servo_valve_mut() {
+                base.drive = Drive::Direct;
+            }
         }
         if self.sensors {
             let own = of_sensors(&structure).into_iter();
@@ -354,10 +355,64 @@ impl<'a> Cut<'a> {
     }
 }
 
+/// The part of a `structure` that gives `output`, with the effects that act at these `places`.
+fn part_of(structure: &Structure, output: Output, places: &[Place]) -> Structure {
+    let mut structure = structure.clone();
+    structure.observed = vec![output];
+    structure
+        .effects
+        .retain(|effect| places.contains(&Place::of(effect)));
+    if let Some(base) = structure.servo_valve_mut() {
+        match output {
+            Output::Spool => base.valve = None,
+            _ => base.spool_unit = None,
+        }
+    }
+    structure
+}
+
+/// The parameters of a part of the model that was `fitted`, which begin where it has come.
+fn begun_by(structure: &Structure, fitted: &Fitted) -> Vec<Parameter> {
+    let mut parameters = structure.parameters();
+    for parameter in &mut parameters {
+        let known = fitted.problem.parameters.iter();
+        let mut values = known.zip(fitted.values.as_slice());
+        if let Some((other, &value)) = values.find(|(other, _)| other.name == parameter.name) {
+            *parameter = other.clone();
+            parameter.set_nominal(parameter.clamp(value));
+        }
+    }
+    parameters
+}
+
+/// `problem` for what moves the spool alone, where more is measured: what the model lacks behind it bends the rest.
+pub(super) fn of_the_spool(problem: &IdentificationProblem) -> Option<IdentificationProblem> {
+    let whole = &problem.structure;
+    let moves = |base: &ServoValve| base.drive == Drive::Actuator;
+    let more = whole.observed.len() > 1 && whole.observes(Output::Spool);
+    if !more || !whole.servo_valve().is_some_and(moves) || whole.free_form.is_some() {
+        return None;
+    }
+    let own = [Place::BeforeSpool, Place::SpoolSensor];
+    let structure = part_of(whole, Output::Spool, &own);
+    let mut parameters = structure.parameters();
+    for parameter in &mut parameters {
+        let mut known = problem.parameters.iter();
+        if let Some(known) = known.find(|known| known.name == parameter.name) {
+            *parameter = known.clone();
+        }
+    }
+    Some(IdentificationProblem {
+        structure,
+        parameters,
+        ..problem.clone()
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::{Cut as Share, IdentificationProblem};
+    use crate::diagnose::Cut as Share;
     use crate::model::base::servo_valve::{GAIN, SATURATION, TIME_CONSTANT};
     use crate::search::{Plan, refine};
     use crate::simulator::Setup;
@@ -407,7 +462,7 @@ mod tests {
             let fitted = Fitted::new(problem, fit, measurements, None, &plan);
             let noise = fitted.noise(measurements, false);
             let interrupt = plan.memory.interrupt();
-            let (located, _) = located(&fitted, measurements, &noise, interrupt).unwrap();
+            let (located, _) = located(&fitted, None, measurements, &noise, interrupt).unwrap();
             let admits = |name: &str| located.admits(&name.parse().unwrap());
             assert!(!admits(elsewhere), "{planted}: {located:?}");
             assert!(admits(at_home), "{planted}: {located:?}");

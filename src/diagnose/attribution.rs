@@ -5,7 +5,7 @@ use super::between_rows::Jumping;
 use super::evidence::{Evidence, Model, Side};
 use super::hold::come_closer;
 use super::led::led;
-use super::located::Located;
+use super::located::{Located, shows_in_the_spool};
 use super::preference::LEAST_OF_COST;
 use super::problem::IdentificationProblem;
 use super::screen::{LEVEL, Screened, Screening};
@@ -443,12 +443,14 @@ impl<'a, 'b> Selection<'a, 'b> {
         if observed.iter().all(|output| resolved.contains(output)) {
             return Ok(None);
         }
+        let has_moved = !first && self.evidence.has_moved_the_spool(model);
         // A sensor's own effect would follow the rounding of its channel.
         let seen = |effect: &Effect| {
             let own = effect
                 .output
                 .is_some_and(|output| resolved.contains(&output));
-            !own && self.allowed.in_round(first, effect)
+            let moves = has_moved && shows_in_the_spool(effect);
+            !own && !moves && self.allowed.in_round(first, effect)
         };
         let Some(screening) = Screening::new(self.evidence, model, &seen) else {
             return Ok(None);

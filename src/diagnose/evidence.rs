@@ -29,6 +29,7 @@ use crate::search::{
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use statrs::statistics::Statistics;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::{ControlFlow, Range};
@@ -373,10 +374,29 @@ impl Evidence {
             .collect()
     }
 
+    /// Whether nothing that moves the spool is left to be found: `model` leaves only noise of a spool that is measured, and beside the noise
+    /// of both that shows what moves it better than the flow does, which alone is measured with it.
+    pub(super) fn has_moved_the_spool(&self, model: &Model) -> bool {
+        let observed = &model.structure().observed;
+        let beside = [Output::Spool, Output::Flow];
+        if observed.len() != 2 || beside.iter().any(|output| !observed.contains(output)) {
+            return false;
+        }
+        let simulated = self.simulated(&model.problem, Side::Fit);
+        let fitted = Compared::all(self.records(Side::Fit), &simulated);
+        let [spool, flow] = beside.map(|output| {
+            let rows = fitted.iter().flat_map(|one| one.rows(output));
+            rows.map(|(_, _, simulated)| simulated).std_dev() / self.noise[output.name()].value
+        });
+        spool >= flow && self.leaves_only_noise(model, &[Output::Spool])
+    }
+
     /// Whether `model` leaves nothing but noise: nothing structured on the fitted rows, and on the held-out ones no more than there
     /// may be of it.
     pub(super) fn is_followed_by(&self, model: &Model) -> bool {
-        *model.followed.get_or_init(|| self.leaves_only_noise(model))
+        *model
+            .followed
+            .get_or_init(|| self.leaves_only_noise(model, &model.structure().observed))
     }
 
     /// The noise of the channels, where `model` leaves plainly less of it than is assumed in one of them.
@@ -392,8 +412,7 @@ impl Evidence {
         quieter(&noise, &self.noise).then_some(noise)
     }
 
-    fn leaves_only_noise(&self, model: &Model) -> bool {
-        let observed = &model.structure().observed;
+    fn leaves_only_noise(&self, model: &Model, observed: &[Output]) -> bool {
         let [fit, hold_out] =
             [Side::Fit, Side::HoldOut].map(|side| self.simulated(&model.problem, side));
         let floor = |output: Output| self.noise[output.name()].value;

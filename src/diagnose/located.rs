@@ -138,6 +138,11 @@ impl Located {
     }
 }
 
+/// Whether the measured spool shows `effect`, which moves it.
+pub(super) fn shows_in_the_spool(effect: &Effect) -> bool {
+    Place::of(effect) == Place::BeforeSpool && !effect.is_shown_by_its_loop()
+}
+
 /// Where `fitted` fails, and what the spool alone was fitted by, from there or from what was fitted to it `alone`; `None` where it has no two
 /// pieces, where one does not fit at all, or where none fails. Several places are one where the others fail by what any bench adds alone.
 pub(super) fn located(

@@ -320,6 +320,32 @@ fn a_spool_that_is_followed_tells_what_the_command_does() {
     assert!(effects.is_empty(), "{printed}");
 }
 
+/// A converter holds what it was given, however fast that is: a curve only has to be better than that, too.
+#[test]
+fn a_fast_command_that_is_held_does_not_curve() {
+    for (rise, noise) in [
+        (19.0 / 16.0, 0.02),
+        (29.0 / 16.0, 0.04),
+        (44.0 / 16.0, 0.07),
+    ] {
+        let held = |time: f64| {
+            let row = (time / 0.002 + 1e-6).floor() * 0.002;
+            3.0 * (TAU * row * (1.0 + rise * row)).sin()
+        };
+        let mut valve = valve(5.0, 0.0);
+        let text = going_on(0.002, noise, held, |u, step| valve(u + 0.3, step));
+        let (report, printed) = asked(text, "null_bias,delay,command_lag");
+        let effects = report["effects"].as_array().unwrap();
+        assert_eq!(
+            (effects.len(), &report["verdict"]),
+            (1, &"found".into()),
+            "{printed}"
+        );
+        assert_eq!(effects[0]["name"], "null_bias", "{printed}");
+        assert_eq!(report["hold"]["taken"], "held", "{printed}");
+    }
+}
+
 /// A generator's filter knows no rows. Straight from one to the next what is fast is less than it was, and a valve that lacks nothing seems
 /// to make more of it.
 #[test]

@@ -33,19 +33,19 @@ pub(super) fn with_curves(
     if known.curved || known.times > 0 {
         return None;
     }
-    let mut model = match fitted.problem.structure.hold.is_straight() {
-        true => {
-            let mut model = fitted.problem.clone();
-            set_start(&mut model, fitted.fit.values());
-            model
-        }
+    let mut taken = fitted.problem.clone();
+    set_start(&mut taken, fitted.fit.values());
+    let mut model = match taken.structure.hold.is_straight() {
+        true => taken.clone(),
         false if problem.hold_known => return None,
         false => other_way(fitted, other_hold(fitted, plan), plan)?,
     };
     let noise = fitted.noise(measurements, false);
-    model.scale = Outputs::default();
-    for &output in &model.structure.observed {
-        model.scale[output] = noise[output.name()].value.powi(-2);
+    for model in [&mut taken, &mut model] {
+        model.scale = Outputs::default();
+        for &output in &model.structure.observed {
+            model.scale[output] = noise[output.name()].value.powi(-2);
+        }
     }
     let rate = model.structure.fastest_rate(&model.parameters);
     let curved = |records: &[Series]| -> Vec<Series> {
@@ -57,20 +57,21 @@ pub(super) fn with_curves(
     if !counts(&model, &measurements.fit, &rows) {
         return None;
     }
-    let [straight, curved_model] =
-        [&measurements.fit, &rows].map(|records| polished(model.clone(), records.clone(), plan));
-    let (straight, curved_model) = (straight?, curved_model?);
     let residuals = |model: &Problem, records: &[Series]| {
-        let simulated = simulated(model, records);
-        residuals(model, &Compared::all(records, &simulated))
+        let model = polished(model.clone(), records.to_vec(), plan)?;
+        let simulated = simulated(&model, records);
+        Some(residuals(&model, &Compared::all(records, &simulated)))
     };
-    let own = residuals(&straight, &measurements.fit);
-    let others = residuals(&curved_model, &rows);
+    let cost = |channels: &Vec<Vec<f64>>| channels.iter().map(|one| mean_square(one)).sum::<f64>();
+    let others = residuals(&model, &rows)?;
+    // What was taken may be that it is held.
+    let rivals = [&taken, &model].map(|model| residuals(model, &measurements.fit));
+    let rivals = rivals.into_iter().flatten();
+    let own = rivals.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
     let mut channels = others.iter();
     let followed = channels.all(|channel| mean_square(channel) < NEAR * NEAR);
     let comparison = Comparison::new(&others, &own, &vec![1.0; own.len()], &starts(&rows));
-    let costs =
-        [&own, &others].map(|channels| channels.iter().map(|one| mean_square(one)).sum::<f64>());
+    let costs = [&own, &others].map(cost);
     let told = surely_differ(comparison.z, costs) || plainly_differ(costs);
     (followed && told && costs[1] < costs[0]).then(|| {
         let mut set = problem.clone();

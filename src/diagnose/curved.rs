@@ -4,7 +4,8 @@
 use super::between_rows::{polished, simulated};
 use super::evidence::set_start;
 use super::fitted::Fitted;
-use super::hold::{other_hold, other_way, residuals};
+use super::hold::{other_hold, other_way, residuals, squares};
+use super::input_noise::root_mean_square;
 use super::measurements::starts;
 use super::preference::{plainly_differ, surely_differ};
 use super::problem::IdentificationProblem;
@@ -62,16 +63,16 @@ pub(super) fn with_curves(
         let simulated = simulated(&model, records);
         Some(residuals(&model, &Compared::all(records, &simulated)))
     };
-    let cost = |channels: &Vec<Vec<f64>>| channels.iter().map(|one| mean_square(one)).sum::<f64>();
     let others = residuals(&model, &rows)?;
     // What was taken may be that it is held.
-    let rivals = [&taken, &model].map(|model| residuals(model, &measurements.fit));
-    let rivals = rivals.into_iter().flatten();
-    let own = rivals.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
+    let held = (taken.structure.hold != model.structure.hold).then_some(&taken);
+    let rivals = [Some(&model), held].into_iter().flatten();
+    let rivals = rivals.filter_map(|model| residuals(model, &measurements.fit));
+    let own = rivals.min_by(|a, b| squares(a).total_cmp(&squares(b)))?;
     let mut channels = others.iter();
-    let followed = channels.all(|channel| mean_square(channel) < NEAR * NEAR);
+    let followed = channels.all(|channel| root_mean_square(channel) < NEAR);
     let comparison = Comparison::new(&others, &own, &vec![1.0; own.len()], &starts(&rows));
-    let costs = [&own, &others].map(cost);
+    let costs = [&own, &others].map(|channels| squares(channels));
     let told = surely_differ(comparison.z, costs) || plainly_differ(costs);
     (followed && told && costs[1] < costs[0]).then(|| {
         let mut set = problem.clone();
@@ -95,7 +96,7 @@ fn counts(model: &Problem, straight: &[Series], curved: &[Series]) -> bool {
     straight.iter().zip(&curved).any(|(straight, curved)| {
         let pairs = straight.iter().zip(curved);
         let moved: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        mean_square(&moved) > COUNTS * COUNTS
+        root_mean_square(&moved) > COUNTS
     })
 }
 
@@ -152,10 +153,6 @@ fn half_way(series: &Series, row: usize) -> Option<f64> {
     let on_the_curve: f64 = (0..4).map(|one| weight(one) * command(one)).sum();
     // Straight from row to row by way of it there is as much under it as under the curve (Simpson).
     Some(on_the_curve + (on_the_curve - 0.5 * (command(1) + command(2))) / 3.0)
-}
-
-fn mean_square(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64
 }
 
 #[cfg(test)]

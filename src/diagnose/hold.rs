@@ -252,6 +252,6 @@ pub(super) fn residuals(problem: &Problem, compared: &[Compared]) -> Vec<Vec<f64
     problem.structure.observed.iter().map(channel).collect()
 }
 
-fn squares(channels: &[Vec<f64>]) -> f64 {
+pub(super) fn squares(channels: &[Vec<f64>]) -> f64 {
     channels.iter().flatten().map(|value| value * value).sum()
 }

@@ -173,7 +173,7 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "input",
                     "stimulus",
                 ],
-                &["u", "w", "r", "u valve", "u v", "u in"],
+                &["u", "w", "r", "u valve", "uv", "u in"],
             ),
             Channel::Spool => (
                 &[
@@ -187,7 +187,7 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "schieberhub",
                     "ventilschieber",
                 ],
-                &["x", "y", "x v"],
+                &["x", "y", "xv"],
             ),
             Channel::Flow => (
                 &[
@@ -197,7 +197,7 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "durchfluß",
                     "volumenstrom",
                 ],
-                &["q", "qv", "q v", "q ab", "q a b", "q l"],
+                &["q", "qv", "qab", "ql"],
             ),
             Channel::ReturnFlow => (
                 &[
@@ -211,7 +211,7 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "leckstrom",
                     "lecköl",
                 ],
-                &["qt", "q t", "q return", "q tank"],
+                &["qt", "q return", "q tank"],
             ),
             Channel::SupplyPressure => (
                 &[
@@ -225,17 +225,17 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "zulaufdruck",
                     "pumpendruck",
                 ],
-                &["ps", "p s", "pp", "p p"],
+                &["ps", "pp"],
             ),
             Channel::ReturnPressure => (
                 &["return", "tank", "ptank", "tankdruck", "rücklaufdruck"],
-                &["pt", "p t", "pr", "p r"],
+                &["pt", "pr"],
             ),
-            Channel::PressureA => (&[], &["pa", "p a", "p1", "p 1", "pressure a", "pressure 1"]),
-            Channel::PressureB => (&[], &["pb", "p b", "p2", "p 2", "pressure b", "pressure 2"]),
+            Channel::PressureA => (&[], &["pa", "p1", "pressure a", "pressure 1"]),
+            Channel::PressureB => (&[], &["pb", "p2", "pressure b", "pressure 2"]),
             Channel::LoadPressure => (
                 &["load pressure", "pressure load", "lastdruck"],
-                &["pl", "p l", "p load", "pa pb", "p a p b", "pab"],
+                &["pl", "p load", "papb", "pab"],
             ),
             Channel::Position => (
                 &[
@@ -252,11 +252,11 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "zylinderweg",
                     "stroke",
                 ],
-                &["s", "xp", "x p"],
+                &["s", "xp"],
             ),
             Channel::Temperature => (
                 &["temperature", "temp", "temperatur", "öltemperatur"],
-                &["t oil", "toil", "oil", "theta", "t"],
+                &["t oil", "t oel", "t öl", "oil", "oel", "öl", "theta", "t"],
             ),
         },
     };
@@ -277,7 +277,9 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
     if let Some(word) = named(names) {
         return Some((certainty, word));
     }
-    if symbols.contains(&phrase.as_str()) {
+    // `QL` is `q_l`.
+    let symbol = words.concat();
+    if symbols.iter().any(|own| own.replace(' ', "") == symbol) {
         return Some((SYMBOL, phrase));
     }
     let generic: (u8, &[&str]) = match target {
@@ -368,6 +370,10 @@ mod tests {
             ("internal_leakage_lpm", "return_flow [lpm]"),
             ("Q_T", "return_flow [?]"),
             ("Q_AB_lpm", "flow [lpm]"),
+            ("QL [m3/h]", "flow [m3/h]"),
+            ("Q_L", "flow [?]"),
+            ("T_Oel/°C", "temperature [°C]"),
+            ("pS", "supply_pressure [?]"),
             ("P_sup_bar", "supply_pressure [bar]"),
             ("pump pressure [bar]", "supply_pressure [bar]"),
             ("p_return", "return_pressure [?]"),

@@ -477,7 +477,13 @@ pub(super) fn check_rising(
                 values[row + 1],
                 values[row]
             ),
-            "sort the rows, and keep one where a value is repeated",
+            match unit {
+                "s" => {
+                    "keep one row where a time is repeated, and sort rows that are out of order; where a clock was set in between, \
+                     rename the column and give --sample-interval"
+                }
+                _ => "sort the rows, and keep one where a value is repeated",
+            },
         )),
     }
 }

@@ -383,6 +383,23 @@ fn a_command_that_is_fast_for_its_rows_goes_on_in_a_curve() {
     assert_eq!(rows.lines().count(), 4001);
 }
 
+/// Behind a generator's filter a row may see a jump half done, and the next one the rest.
+#[test]
+fn a_jump_that_a_row_sees_half_done_is_put_where_the_valve_answers_it() {
+    let filtered = |time: f64| {
+        let (step, since) = ((time / 0.2537) as usize, time % 0.2537);
+        let value = |step: usize| [5.0, -3.0, 0.0, 8.0, 1.0, -6.0, 0.0, 3.0][step % 8];
+        let before = step.checked_sub(1).map_or(0.0, value);
+        value(step) + (before - value(step)) * (-since / 0.0005).exp()
+    };
+    let text = going_on(0.002, 0.02, filtered, valve(5.0, 0.0));
+    let (report, printed) = asked(text, "all");
+    assert_eq!(report["verdict"], "none", "{printed}");
+    // The filter's lag is taken for the valve's.
+    let gain = report["parameters"][0]["value"].as_f64().unwrap();
+    assert!((gain / GAIN - 1.0).abs() < 0.02, "{gain}");
+}
+
 /// Pulses of a few rows, in held-out rows alone: each of their two jumps has its own place, and what the first does is still there at
 /// the second.
 #[test]

@@ -60,7 +60,7 @@ pub(super) fn with_jumps_placed(
         jumps = records.iter_mut().map(opened).collect();
         for (rows, jumps) in before.iter_mut().zip(&jumps) {
             for jump in jumps {
-                rows.insert(jump.sample, rows[jump.sample]);
+                jump.insert_into(rows);
             }
         }
     }

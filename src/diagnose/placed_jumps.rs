@@ -1,6 +1,6 @@
 //! A command that jumps between two rows: there a sample is put that nobody measured, and that counts for nothing.
 
-use crate::evaluate::problem::{Sample, Series};
+use crate::evaluate::problem::Series;
 use crate::model::{Input, Outputs};
 use std::ops::Range;
 
@@ -24,67 +24,106 @@ pub struct PlacedJumps {
 /// A jump of a command.
 #[derive(Debug, Clone)]
 pub(super) struct Jump {
-    /// The sample with which it comes, behind that of the row before.
+    /// The first sample that was put between rows for it, right behind the row before.
     pub(super) sample: usize,
-    /// By what share of the interval between the rows it comes before the later one, and the standard error of that.
+    /// How many intervals between rows it takes: behind the generator's filter a row may see it half done.
+    pub(super) intervals: usize,
+    /// By what share of the time between the rows before and behind it comes before the later one, and the standard error of that.
     pub(super) early: f64,
     pub(super) error: f64,
     /// The samples behind it by which it is placed.
     pub(super) behind: Range<usize>,
 }
 
+impl Jump {
+    /// Puts its samples between what there is for each row.
+    pub(super) fn insert_into<T: Copy>(&self, rows: &mut Vec<T>) {
+        for interval in 0..self.intervals {
+            let sample = self.sample + 2 * interval;
+            rows.insert(sample, rows[sample]);
+        }
+    }
+
+    /// The sample of the row behind it.
+    fn after(&self) -> usize {
+        self.sample + 2 * self.intervals - 1
+    }
+}
+
 /// Puts a sample into `series` in the middle of each interval in which its command jumps and has rows for that alone.
 pub(super) fn opened(series: &mut Series) -> Vec<Jump> {
     let count = series.samples.len();
-    let jumps = |row: &usize| series.samples[*row].jumps;
-    let rows: Vec<usize> = (1..count.saturating_sub(1)).filter(jumps).collect();
-    let jump = |(number, &row): (usize, &usize)| {
-        let next = rows.get(number + 1).copied().unwrap_or(count - 1);
-        let before = number.checked_sub(1).map(|before| rows[before]);
-        let alone = next - row >= APART && before.is_none_or(|before| row - before >= APART);
-        alone.then_some((row, next))
+    let [within_one, within_two] = [1, 2].map(|intervals| series.jumps_within(intervals));
+    // What jumps, and the rows before it and behind.
+    let mut rows: Vec<(usize, usize)> = Vec::new();
+    for row in 1..count.saturating_sub(1) {
+        if rows.last().is_some_and(|(_, behind)| row < *behind) {
+            continue;
+        }
+        match (within_one[row], within_two[row]) {
+            (_, true) => rows.push((row, row + 2)),
+            (true, false) => rows.push((row, row + 1)),
+            (false, false) => {}
+        }
+    }
+    let jump = |(number, &(row, behind)): (usize, &(usize, usize))| {
+        let next = rows.get(number + 1).map_or(count - 1, |next| next.0);
+        let before = number.checked_sub(1).map(|before| rows[before].1 - 1);
+        let alone = next + 1 - behind >= APART && before.is_none_or(|before| row - before >= APART);
+        alone.then_some((row, behind, next))
     };
-    let alone: Vec<(usize, usize)> = rows.iter().enumerate().filter_map(jump).collect();
-    let mut all = Vec::with_capacity(alone.len());
-    for (before, (row, next)) in alone.into_iter().enumerate() {
-        let sample = row + before + 1;
-        let later = series.samples[sample];
-        series.time.insert(sample, series.time[sample]);
-        series.samples.insert(
-            sample,
-            Sample {
-                weight: 0.0,
-                jumps: false,
-                between: true,
-                ..later
-            },
-        );
-        all.push(Jump {
-            sample,
+    let alone: Vec<(usize, usize, usize)> = rows.iter().enumerate().filter_map(jump).collect();
+    let mut all: Vec<Jump> = Vec::with_capacity(alone.len());
+    for (row, behind, next) in alone {
+        let inserted: usize = all.iter().map(|jump| jump.intervals).sum();
+        let mut jump = Jump {
+            sample: row + inserted + 1,
+            intervals: behind - row,
             early: 0.5,
             error: f64::INFINITY,
-            behind: sample + 1..sample + 1 + BEHIND.min(next - row),
-        });
+            behind: 0..0,
+        };
+        jump.behind = jump.after()..jump.after() + BEHIND.min(next + 1 - behind);
+        jump.insert_into(&mut series.time);
+        jump.insert_into(&mut series.samples);
+        for interval in 0..jump.intervals {
+            let own = &mut series.samples[jump.sample + 2 * interval];
+            (own.weight, own.jumps, own.between) = (0.0, false, true);
+        }
+        all.push(jump);
     }
     all
 }
 
-/// Lets `jump` come before the row behind it by a share of the interval.
+/// Lets `jump` come before the row behind it by a share of the time from the one before it on. A row between them sees it done or not
+/// begun.
 pub(super) fn set(series: &mut Series, jump: &Jump, early: f64) {
-    let early = early.clamp(NEAREST, 1.0 - NEAREST);
-    let [before, after] = [jump.sample - 1, jump.sample + 1];
-    let between = |from: f64, to: f64| to + early * (from - to);
-    series.time[jump.sample] = between(series.time[before], series.time[after]);
-    let [from, to] = [before, after].map(|row| series.samples[row]);
-    let own = &mut series.samples[jump.sample];
-    own.input = Input::between(&from.input, &to.input, 1.0 - early);
-    own.input.command = to.input.command;
-    own.target = Outputs::from_fn(|output| between(from.target[output], to.target[output]));
+    let [before, after] = [jump.sample - 1, jump.after()];
+    let [from, to] = [before, after].map(|row| series.samples[row].input.command);
+    let [begin, end] = [before, after].map(|row| series.time[row]);
+    let moment = end + early * (begin - end);
+    for own in (before + 1..after).step_by(2) {
+        let [first, last] = [series.time[own - 1], series.time[own + 1]];
+        let share = ((moment - first) / (last - first)).clamp(NEAREST, 1.0 - NEAREST);
+        let is_over = moment < last || own + 1 == after;
+        let between = |from: f64, to: f64| from + share * (to - from);
+        series.time[own] = between(first, last);
+        let beside = [own - 1, own + 1].map(|row| series.samples[row]);
+        let sample = &mut series.samples[own];
+        sample.input = Input::between(&beside[0].input, &beside[1].input, share);
+        sample.input.command = if is_over { to } else { from };
+        sample.target =
+            Outputs::from_fn(|output| between(beside[0].target[output], beside[1].target[output]));
+        if own + 1 < after {
+            series.samples[own + 1].input.command = if is_over { to } else { from };
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluate::problem::Sample;
 
     fn series(commands: &[f64]) -> Series {
         let sample = |(row, &command): (usize, &f64)| Sample {
@@ -129,6 +168,30 @@ mod tests {
             // It jumps there, and nowhere else beside it.
             let flags = |row: usize| record.samples[row].jumps;
             assert_eq!([18, 19, 20, 21].map(flags), [false, true, false, false]);
+        }
+    }
+
+    #[test]
+    fn a_row_that_sees_a_jump_half_done_sees_it_done_or_not_begun() {
+        let commands = [vec![0.0; 20], vec![3.0], vec![5.0; 19]].concat();
+        let mut record = series(&commands);
+        let jumps = opened(&mut record);
+        assert_eq!((jumps.len(), jumps[0].behind.clone()), (1, 23..42));
+        assert_eq!(record.samples.len(), 42);
+        // Rows are at 19, 20 and 21 s.
+        for (early, moment, seen) in [(0.75, 19.5, 5.0), (0.25, 20.5, 0.0), (0.5, 20.0, 0.0)] {
+            set(&mut record, &jumps[0], early);
+            record.set_steps(1.0, 1);
+            assert!(record.time.is_sorted_by(|a, b| a < b), "{:?}", record.time);
+            let jump = record.samples.iter().position(|sample| sample.jumps);
+            let comes = record.time[jump.unwrap() + 1];
+            assert!((comes - moment).abs() < 2.0 * NEAREST, "{early}: {comes}");
+            assert_eq!(
+                (record.time[21], record.samples[21].input.command),
+                (20.0, seen)
+            );
+            let weights: f64 = record.samples.iter().map(|sample| sample.weight).sum();
+            assert_eq!(weights, 40.0);
         }
     }
 }

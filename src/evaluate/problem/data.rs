@@ -13,6 +13,8 @@ const JUMP: f64 = 0.01;
 const STANDS_OUT: f64 = 4.0;
 /// of so many rows before it and after it.
 const AROUND: usize = 2;
+/// Each of the intervals within which it jumps has more than this share of that.
+const PART: f64 = 0.03;
 
 /// One row of a record, ready for integration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -128,19 +130,35 @@ impl Series {
 
     /// Finds the rows with which the command jumps.
     fn set_jumps(&mut self) {
+        let jumps = self.jumps_within(1);
+        for (sample, jumps) in self.samples.iter_mut().zip(jumps) {
+            sample.jumps = jumps;
+        }
+    }
+
+    /// For each row but the last whether the command jumps within so many intervals from there on, all of which have a part of that.
+    pub(crate) fn jumps_within(&self, intervals: usize) -> Vec<bool> {
         let commands = || self.samples.iter().map(|sample| sample.input.command);
         let highest = commands().fold(f64::MIN, f64::max);
         let span = highest - commands().fold(f64::MAX, f64::min);
         let changes: Vec<f64> = commands()
             .zip(commands().skip(1))
-            .map(|(from, to)| (to - from).abs())
+            .map(|(from, to)| to - from)
             .collect();
-        for (k, &change) in changes.iter().enumerate() {
-            let around = k.saturating_sub(AROUND)..(k + AROUND + 1).min(changes.len());
-            let beside = around.filter(|&row| row != k).map(|row| changes[row]);
-            let most = beside.fold(0.0, f64::max);
-            self.samples[k].jumps = change > JUMP * span && change > STANDS_OUT * most;
-        }
+        let jumps = |k: usize| {
+            let Some(own) = changes.get(k..k + intervals) else {
+                return false;
+            };
+            let change: f64 = own.iter().sum();
+            let around = k.saturating_sub(AROUND)..(k + intervals + AROUND).min(changes.len());
+            let beside = around.filter(|row| !(k..k + intervals).contains(row));
+            let most = beside.fold(0.0, |most: f64, row| most.max(changes[row].abs()));
+            let parts = own.iter().map(|part| part / change);
+            let least = change.abs() * parts.fold(f64::INFINITY, f64::min);
+            let stands_out = change.abs() > JUMP * span && change.abs() > STANDS_OUT * most;
+            stands_out && least > most.max(PART * change.abs())
+        };
+        (0..changes.len()).map(jumps).collect()
     }
 
     /// Counts for each interval between rows the pieces into which commands that arrive late can cut it.

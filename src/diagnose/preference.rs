@@ -112,11 +112,13 @@ impl Evidence {
     }
 
     /// Whether the rows cannot tell the effect by which `rival` differs from that by which `model` does, which was preferred: each
-    /// was added to `reduced`.
+    /// was added to `reduced`. Held-out rows that show neither say nothing of a rival that does not follow the fitted ones.
     pub(super) fn tied(&self, reduced: &Model, model: &Model, rival: &Model) -> bool {
-        self.same(rival, model)
-            || equally_far(reduced, model, rival)
-            || self.both_complete(model, rival)
+        let fitted = [model, rival].map(|one| one.loss(Side::Fit));
+        !plainly_differ(fitted)
+            && (self.same(rival, model)
+                || equally_far(reduced, model, rival)
+                || self.both_complete(model, rival))
     }
 
     /// Whether two models leave nothing but noise, and nearly as much of it. No law of a valve is exactly that of a model: which of

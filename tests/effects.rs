@@ -178,6 +178,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "flow_saturation~series",
         "asymmetric_gain~saturation",
         "overlap~leaking",
+        "integral_action~leaking",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -557,7 +558,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 105] = [
+const TWINS: [Twin; 106] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -754,6 +755,11 @@ const TWINS: [Twin; 105] = [
         "integral_action~limited=40:limit=0.3",
         "integral_action~limited",
         &[("integral_action_limited", 40.0), ("integral_limit", 0.3)],
+    ),
+    (
+        "integral_action~leaking=40:leak=5",
+        "integral_action~leaking",
+        &[("integral_action_leaking", 40.0), ("integral_leak", 5.0)],
     ),
     (
         "dead_band~compensated=0.3:start=0.06",

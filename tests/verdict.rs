@@ -421,6 +421,12 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             &[("integral_action_limited", 20.0), ("integral_limit", 0.3)],
         ),
         (
+            "integral_action~leaking=9:leak=1.7",
+            "integral_action,dc_gain,flow_force",
+            ["integral_action", "leaking"],
+            &[("integral_action_leaking", 9.0), ("integral_leak", 1.7)],
+        ),
+        (
             "slew_limit~uneven=150:negative=300:bend=0.4",
             "slew_limit,asymmetric_gain,command_lag",
             ["slew_limit", "uneven"],

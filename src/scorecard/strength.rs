@@ -170,6 +170,7 @@ impl Open {
             Kind::Hysteresis if form == Form::Loop => extra("share", 0.3, 0.9),
             Kind::IntegralAction if form == Form::Tracking => extra("tracking", 20.0, 200.0),
             Kind::IntegralAction if form == Form::Limited => extra("limit", 0.1, 1.0),
+            Kind::IntegralAction if form == Form::Leaking => extra("leak", 0.5, 5.0),
             _ => {}
         }
         let heats = kind == Kind::ViscosityDrift && form == Form::Usual && rng.random();

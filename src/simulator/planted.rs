@@ -331,8 +331,8 @@ impl Kind {
                 &[Form::Lagged], &[("damping", 0.4, &[Form::Lagged])]),
             Self::PilotSupply => entry("pilot_supply", "1", "spool", (0.0, 2.0), 1.0, &[], &[]),
             Self::IntegralAction => entry("integral_action", "1/s", "spool", (0.0, 1000.0), 12.0,
-                &[Form::Windup, Form::Tracking, Form::Clamping, Form::Limited],
-                &[("tracking", 60.0, &[Form::Tracking]), ("limit", 0.5, &[Form::Limited])]),
+                &[Form::Windup, Form::Tracking, Form::Clamping, Form::Limited, Form::Leaking],
+                &[("tracking", 60.0, &[Form::Tracking]), ("limit", 0.5, &[Form::Limited]), ("leak", 2.0, &[Form::Leaking])]),
             Self::SlewLimit => entry("slew_limit", "V/s", "spool", (1.0, 1e5), 300.0,
                 &[Form::Smooth, Form::Integrator, Form::Windup, Form::Command, Form::Rounded, Form::Tanh, Form::Pilot, Form::Sides, Form::Uneven, Form::Ramps],
                 &[

@@ -254,6 +254,8 @@ enum AntiWindup {
     None,
     /// The integral loses what its output exceeds the limit by, at this rate, 1/s.
     Tracking(f64),
+    /// It leaks away at this rate, 1/s.
+    Leaking(f64),
     /// It does not grow where the output is beyond its limit on the side of the error.
     Clamping,
     /// It does not grow beyond ± a limit, V.
@@ -273,7 +275,9 @@ impl BeforeLimit {
         let tracking =
             || of(Form::Tracking).map(|p| with(p, AntiWindup::Tracking(key(p, "tracking"))));
         let limited = || of(Form::Limited).map(|p| with(p, AntiWindup::Limit(key(p, "limit"))));
-        usual.or_else(clamping).or_else(tracking).or_else(limited)
+        let leaking = || of(Form::Leaking).map(|p| with(p, AntiWindup::Leaking(key(p, "leak"))));
+        let others = clamping().or_else(tracking).or_else(limited);
+        usual.or(others).or_else(leaking)
     }
 
     /// How fast the integral grows, V/s.
@@ -282,6 +286,7 @@ impl BeforeLimit {
         let excess = output - output.clamp(-saturation, saturation);
         match self.anti_windup {
             AntiWindup::Tracking(tracking) => self.rate * error - tracking * excess,
+            AntiWindup::Leaking(leak) => self.rate * error - leak * integral,
             AntiWindup::Clamping if excess * error > 0.0 => 0.0,
             AntiWindup::Limit(limit) if integral.abs() >= limit && integral * error > 0.0 => 0.0,
             _ => self.rate * error,

@@ -177,6 +177,32 @@ pub(super) const LIMITED: Entry = Entry {
     ..BEFORE
 };
 
+pub(super) const LEAKING: Entry = Entry {
+    name: "integral_action~leaking",
+    summary: "The controller of the spool's loop integrates its error as well, and its integral leaks away",
+    finding: "the loop's controller integrates, with {integral_action_leaking} of its proportional part, and its integral leaks away \
+              with {integral_leak}",
+    equation: "dz/dt = K sat(e + j, S), dj/dt = integral_action_leaking e - integral_leak j, e = u - x",
+    shows: "a spool that runs past its command after its drive was limited, and comes back by itself",
+    confused: "integral_action~windup, whose integral stays until the error has the other sign; integral_action~tracking, whose integral \
+               runs down only while its drive is limited",
+    source: "integrators with a resistor across their capacitor: Horowitz, Hill, The Art of Electronics, 2015",
+    parameters: |scale, _| {
+        vec![
+            rate("integral_action_leaking", scale.interval),
+            rate("integral_leak", scale.interval),
+        ]
+    },
+    trials: |scale, _| {
+        with_each(
+            scale.interval,
+            &[0.01, 0.05].map(|share| share * fastest(scale.interval)),
+        )
+    },
+    states: &["leaking_integral", "spool_of_leaking_integral"],
+    ..BEFORE
+};
+
 /// What becomes of the integral part of a controller, in the unit of the command, while its drive is limited.
 pub(in crate::model) trait AntiWindup<R> {
     /// With values for its parameters.
@@ -227,6 +253,26 @@ impl<R: Real> AntiWindup<R> for Tracking<R> {
         let excess = output - output.clamp(-stage.saturation, stage.saturation);
         let (down, _) = (self.0 * stage.since).caught_up();
         part + grows - excess * down + grows
+    }
+}
+
+/// It leaks away at a rate.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct Leaking<R>(R);
+
+impl<R: Real> AntiWindup<R> for Leaking<R> {
+    #[inline(always)]
+    fn new(mut next: impl FnMut() -> R) -> Self {
+        Self(next())
+    }
+
+    /// Half of the growth, what leaks away, the other half: of second order.
+    #[inline(always)]
+    fn grown(&self, part: R, rate: R, errors: [R; 2], stage: &Stage<R>) -> R {
+        let grows = R::constant(0.5) * integrated(rate, errors, stage);
+        let (away, _) = (self.0 * stage.since).caught_up();
+        let before = part + grows;
+        before - before * away + grows
     }
 }
 
@@ -296,6 +342,7 @@ pub(in crate::model) type IntegralActionBeforeLimit<R> = BeforeLimit<R, GoesOn>;
 pub(in crate::model) type IntegralActionTracked<R> = BeforeLimit<R, Tracking<R>>;
 pub(in crate::model) type IntegralActionClamped<R> = BeforeLimit<R, Clamping>;
 pub(in crate::model) type IntegralActionLimited<R> = BeforeLimit<R, Limited<R>>;
+pub(in crate::model) type IntegralActionLeaking<R> = BeforeLimit<R, Leaking<R>>;
 
 impl<R: Real, W: AntiWindup<R>> BeforeLimit<R, W> {
     #[inline(always)]

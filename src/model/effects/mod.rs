@@ -291,6 +291,7 @@ catalogue! {
     flow_saturation::FlowSaturationOfSeries = SERIES,
     asymmetric_gain::AsymmetricSaturation = SATURATION,
     overlap::OverlapOfLeaking = LEAKING,
+    integral_action::IntegralActionLeaking = LEAKING,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -165,7 +165,7 @@ fn generated(noise: f64, pace: f64, advance: impl FnMut(f64, f64) -> f64) -> Str
 }
 
 /// The same for any `command` and `interval` between rows.
-fn going_on(
+pub(crate) fn going_on(
     interval: f64,
     noise: f64,
     command: impl Fn(f64) -> f64,
@@ -187,7 +187,7 @@ fn going_on(
 }
 
 /// A valve whose loop saturates at this `limit` and is fed back nothing within a `clearance` of null.
-fn valve(limit: f64, clearance: f64) -> impl FnMut(f64, f64) -> f64 {
+pub(crate) fn valve(limit: f64, clearance: f64) -> impl FnMut(f64, f64) -> f64 {
     let (mut integrator, mut spool) = (0.0f64, 0.0f64);
     move |u, step| {
         let speed = (integrator - spool) / 0.0025;
@@ -199,7 +199,7 @@ fn valve(limit: f64, clearance: f64) -> impl FnMut(f64, f64) -> f64 {
 }
 
 /// What is found in a record where these `effects` are looked for.
-fn asked(record: String, effects: &str) -> (Value, String) {
+pub(crate) fn asked(record: String, effects: &str) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
     write(folder.path().join("log.csv"), record).unwrap();
     let call = ["identify", "log.csv", "--effects", effects];

@@ -179,6 +179,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "asymmetric_gain~saturation",
         "overlap~leaking",
         "integral_action~leaking",
+        "null_bias~supply",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -558,7 +559,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 106] = [
+const TWINS: [Twin; 107] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1119,6 +1120,11 @@ const TWINS: [Twin; 106] = [
         "pilot_supply",
         &[("pilot_supply", 0.8), ("pilot_pressure", 10.0)],
     ),
+    (
+        "null_bias~supply=0.08",
+        "null_bias~supply",
+        &[("supply_null_shift", 0.08), ("null_pressure", 10.0)],
+    ),
 ];
 
 fn on_the_rig(effects: &[&str], command: Command) -> Setup {
@@ -1150,7 +1156,7 @@ fn the_rig_shows_the_same() {
         }
         let (top, rms) = off_the_rig(&setup, &[(effect, values)]);
         println!("{top:.1e} (rms {rms:.1e}) {planted}");
-        if ["delay~loop", "pilot_supply"].contains(&effect) {
+        if ["delay~loop", "pilot_supply", "null_bias~supply"].contains(&effect) {
             // The approximant of the model begins to answer before the delay of the rig is over; and what was recorded of the
             // supply goes straight from row to row.
             assert!(top < 1e-3 && rms < 1e-4, "{top:.1e} (rms {rms:.1e})");

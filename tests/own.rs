@@ -415,7 +415,7 @@ fn more_states_than_a_structure_has_room_for_are_refused() {
     for entry in [alone, on_each] {
         let error = refused(entry);
         assert!(
-            error.contains("states") && error.contains("of the 75"),
+            error.contains("states") && error.contains("of the 77"),
             "{error}"
         );
     }

@@ -50,7 +50,7 @@ fn everything() -> Vec<Setup> {
     };
     let effects = Kind::ALL.into_iter().flat_map(forms).map(|p| Setup {
         meter: p.effect.meter(),
-        supply: p.effect.supply(),
+        supply: p.effect.supply(p.form),
         planted: vec![p],
         ..planted(&[])
     });

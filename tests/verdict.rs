@@ -223,6 +223,28 @@ fn what_comes_closest_is_told_where_nothing_fits() {
     assert!(printed.contains(&told), "{printed}");
 }
 
+#[test]
+fn a_null_that_shifts_with_the_supply_is_told_from_what_else_the_pressure_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let asked = "null_bias,pilot_supply,flow_force,dc_gain";
+    let options = ["--supply", "measured"];
+    let (report, printed) = identified_on(folder.path(), "null_bias~supply=0.08", &options, asked);
+    assert_eq!(report["verdict"], "found", "{printed}");
+    let effects = report["effects"].as_array().unwrap();
+    assert_eq!(effects.len(), 1, "{printed}");
+    assert_eq!(
+        [&effects[0]["name"], &effects[0]["form"]],
+        ["null_bias", "supply"]
+    );
+    let parameters = report["parameters"].as_array().unwrap();
+    let own = parameters
+        .iter()
+        .find(|one| one["name"] == "supply_null_shift");
+    let shift = own.unwrap()["value"].as_f64().unwrap();
+    // Of the mean pressure, which is less than the rated one.
+    assert!((shift / 0.0744 - 1.0).abs() < 0.05, "{shift}");
+}
+
 /// Ramps of a command that jumps five times, and then goes on so slowly that held-out rows hardly show which limit it was.
 #[test]
 fn what_does_not_follow_the_fitted_rows_is_tied_with_nothing() {

@@ -14,7 +14,7 @@ use crate::record::Channel;
 use serde::{Deserialize, Serialize};
 
 /// Most states of a structure: the time loops are compiled for so many.
-pub(crate) const MOST_STATES: usize = 75;
+pub(crate) const MOST_STATES: usize = 77;
 
 /// Which parts the model has. In a model file the fields of a servo valve stand beside the others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

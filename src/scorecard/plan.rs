@@ -202,7 +202,7 @@ impl Subject {
     pub(super) fn supply(&self) -> Supply {
         match self {
             Self::Effects(effects) => {
-                let supplies = effects.iter().map(|effect| effect.kind.supply());
+                let supplies = effects.iter().map(|effect| effect.kind.supply(effect.form));
                 supplies.max().unwrap_or_default()
             }
             Self::Nothing | Self::Outsider(_) => Supply::default(),

@@ -190,6 +190,7 @@ impl Open {
                 Dial::limit(0.995, 0.96, 0.7)
             }
             Kind::DcGain => Dial::rising(0.03, 0.4).signed(rng).from(1.0),
+            Kind::NullBias if form == Form::Supply => Dial::rising(0.03, 0.6).signed(rng),
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),
             Kind::CommandLag => Dial::rising(0.003, 0.1),

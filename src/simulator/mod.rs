@@ -278,7 +278,7 @@ impl Setup {
     fn check_supply(&self) -> Result<()> {
         for planted in &self.planted {
             let (problem, remedy) = match (planted.effect, self.supply) {
-                (effect, supply) if supply < effect.supply() => (
+                (effect, supply) if supply < effect.supply(planted.form) => (
                     "nothing shows it where the supply's pressure stands still",
                     "let it give way and measure it: --supply measured",
                 ),

@@ -175,6 +175,8 @@ pub enum Form {
     Transducer,
     /// An integrator that leaks.
     Leaking,
+    /// A null that shifts with the supply's pressure; its value is for each tenth of the rated one.
+    Supply,
     /// A stop behind which the integrator winds up to its rail.
     Rail,
     /// Four edges of which each has its own lap.
@@ -196,6 +198,7 @@ impl Form {
             Self::Accumulator => "accumulator",
             Self::Transducer => "transducer",
             Self::Leaking => "leaking",
+            Self::Supply => "supply",
             Self::Rail => "rail",
             Self::Bridge => "bridge",
             Self::Laminar => "laminar",
@@ -316,7 +319,7 @@ impl Kind {
                 &[Form::Creeping, Form::Heating, Form::Leaking],
                 &[("time", 0.5, &[Form::Creeping, Form::Heating]), ("zero", 0.0, &[Form::Leaking])]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
-                &[Form::Settling, Form::Transducer, Form::Pilot],
+                &[Form::Settling, Form::Transducer, Form::Pilot, Form::Supply],
                 &[("warm_up", 5.0, &[Form::Settling, Form::Transducer]), ("stretch", 0.0, &[Form::Transducer])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach, Form::Gradual, Form::Spread, Form::Feedback, Form::Linkage, Form::Loop, Form::Transducer],
@@ -442,10 +445,10 @@ impl Kind {
         }
     }
 
-    /// What has to feed the valve for it to show.
-    pub fn supply(self) -> Supply {
-        match self {
-            Self::PilotSupply => Supply::Measured,
+    /// What has to feed the valve for it to show in this `form`.
+    pub fn supply(self, form: Form) -> Supply {
+        match (self, form) {
+            (Self::PilotSupply, _) | (Self::NullBias, Form::Supply) => Supply::Measured,
             _ => Supply::Constant,
         }
     }
@@ -744,7 +747,7 @@ impl Meter {
 impl Supply {
     /// What all of these effects show with.
     pub fn that_shows(planted: &[Planted]) -> Self {
-        let supplies = planted.iter().map(|one| one.effect.supply());
+        let supplies = planted.iter().map(|one| one.effect.supply(one.form));
         supplies.max().unwrap_or_default()
     }
 }

@@ -37,6 +37,7 @@ pub(super) struct Spool {
     torque_limit: f64,
     pilot_supply: f64,
     pilot_bias: f64,
+    supply_null_shift: f64,
     feed_forward: f64,
     integral_action: f64,
     /// By what share of K an integrator leaks, and where to, V.
@@ -432,6 +433,7 @@ impl Spool {
             torque_limit: strength(outsiders, Oddity::TorqueLimit),
             pilot_supply: value(planted, Kind::PilotSupply),
             pilot_bias: limit(Kind::NullBias, Form::Pilot).unwrap_or(0.0),
+            supply_null_shift: limit(Kind::NullBias, Form::Supply).unwrap_or(0.0),
             feed_forward: value(planted, Kind::FeedForward),
             integral_action: value(planted, Kind::IntegralAction),
             leak: find(planted, Kind::DcGain, Form::Leaking).map_or((0.0, 0.0), |p| {
@@ -709,7 +711,7 @@ impl Spool {
 
     /// sat(u − x) and what flow force, soft stop, detent and preload take from it, V; friction is not in it.
     fn drive(&self, x: f64, u: f64, drop: f64) -> f64 {
-        let error = u - self.fed_back(x);
+        let error = u + 10.0 * self.supply_null_shift * (drop - 1.0) - self.fed_back(x);
         let error = self.iron.as_ref().map_or(error, |iron| iron.passed(error));
         let error = error - error.clamp(-self.loop_dead_band, self.loop_dead_band);
         let [down, up] =

@@ -64,6 +64,8 @@ pub struct Stage<R> {
     pub slip_direction: R,
     /// Where the drive of the spool saturates, in the unit of the command.
     pub saturation: R,
+    /// The pressure drop from P to T that is measured, bar; zero where none is.
+    pub drop: R,
 }
 
 impl<R: Real> Stage<R> {
@@ -76,6 +78,7 @@ impl<R: Real> Stage<R> {
             command,
             slip_direction: R::constant(0.0),
             saturation: R::constant(0.0),
+            drop: R::constant(0.0),
         }
     }
 }

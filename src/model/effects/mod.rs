@@ -292,6 +292,7 @@ catalogue! {
     asymmetric_gain::AsymmetricSaturation = SATURATION,
     overlap::OverlapOfLeaking = LEAKING,
     integral_action::IntegralActionLeaking = LEAKING,
+    null_bias::NullBiasOfSupply = SUPPLY,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -159,6 +159,70 @@ impl<R: Real> Act<R> for NullBiasOfPilot<R> {
     }
 }
 
+pub(super) const SUPPLY: Entry = Entry {
+    name: "null_bias~supply",
+    summary: "The valve's null shifts with the supply pressure that is measured",
+    finding: "the valve answers as if {supply_null_shift} more were added to the command for each tenth that the measured pressure is \
+              above its mean, and {mean_null_bias} where it is at that",
+    equation: "sat(u + mean_null_bias + 10 supply_null_shift (dp/null_pressure - 1) - x, S), dp the measured drop from P to T, \
+               null_pressure its mean",
+    shows: "a spool that moves with the supply's pressure and not with the command; nothing where the pressure stands still",
+    confused: "flow_force, whose spool moves with the pressure where the valve is open alone; pilot_supply, whose spool rests where it was \
+               commanded to",
+    source: "null shift with supply pressure: ISO 10770-1",
+    parameters: |scale, _| {
+        let (most, mean) = (scale.command, scale.rated_drop);
+        let unit = &scale.command_unit;
+        vec![
+            Parameter::linear("supply_null_shift", unit, -0.1 * most, 0.0, 0.1 * most),
+            Parameter::linear("mean_null_bias", unit, -0.3 * most, 0.0, 0.3 * most),
+            Parameter::linear("null_pressure", "bar", 1e-3 * mean, mean, 10.0 * mean).fixed(),
+        ]
+    },
+    trials: |scale, _| vec![vec![0.005 * scale.command, 0.0]],
+    applies: host::moves_a_spool_by_measured_pressure,
+    ..ENTRY
+};
+
+/// The null shifts with the supply pressure.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct NullBiasOfSupply<R> {
+    shift: R,
+    bias: R,
+    mean: R,
+}
+
+impl<R: Real> NullBiasOfSupply<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            shift: next(),
+            bias: next(),
+            mean: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for NullBiasOfSupply<R> {
+    fn acts_on_the_reference(&self) -> bool {
+        true
+    }
+
+    fn pulls(&self) -> bool {
+        true
+    }
+
+    fn feels_load(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
+        let tenths = R::constant(10.0) * (stage.drop / self.mean - R::constant(1.0));
+        command + self.bias + self.shift * tenths
+    }
+}
+
 pub(super) const TRANSDUCER: Entry = Entry {
     name: "null_bias~transducer",
     port: Port::Actuator,

@@ -11,7 +11,7 @@ use crate::{Error, Result};
 /// computes it, the polish differentiates it, and a diagnosis whose [`Options`](crate::diagnose::Options) list it looks for
 /// it. It acts after the effects of [`CATALOGUE`] at its port.
 ///
-/// A structure has at most 75 states. The base model and the catalogue can take 71 of them; 4 are for all effects that are
+/// A structure has at most 77 states. The base model and the catalogue can take 71 of them; 6 are for all effects that are
 /// registered, where one that acts on one output at a time takes its states three times, once for each.
 ///
 /// # Errors

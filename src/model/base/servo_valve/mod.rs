@@ -485,6 +485,7 @@ impl<R: Real> ServoValveEquations<R> {
                 let path = self.path(ports, state, input, true);
                 let stage = Stage {
                     saturation: actuator.saturation(),
+                    drop: input.supply - input.tank,
                     ..Stage::first(input.command, input.time)
                 };
                 let reference = ports.reference(state, input.command, spool, &stage);
@@ -508,6 +509,7 @@ fn rates<R: Real, P: Ports<R>>(
     let (integrator, spool) = (state[INTEGRATOR], state[SPOOL]);
     let stage = Stage {
         saturation: actuator.saturation(),
+        drop: input.supply - input.tank,
         ..*stage
     };
     let reference = ports.reference(state, input.command, spool, &stage);

@@ -29,7 +29,7 @@ fn the_workflow_passes_with_its_limits_and_fails_with_a_limit_that_is_missed() {
     for (limit, code) in [("<= 5 ms", 0), ("<= 4 ms", 3)] {
         let folder = TempDir::new().unwrap();
         create_dir(folder.path().join("records")).unwrap();
-        write(folder.path().join("records/bench.csv"), excerpt(3000)).unwrap();
+        write(folder.path().join("records/bench.csv"), excerpt(1500)).unwrap();
         let limits = format!("delay = \"{limit}\"\n");
         write(folder.path().join("limits.toml"), limits).unwrap();
         let codes: Vec<Option<i32>> = calls

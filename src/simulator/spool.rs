@@ -277,8 +277,11 @@ impl BeforeLimit {
             || of(Form::Tracking).map(|p| with(p, AntiWindup::Tracking(key(p, "tracking"))));
         let limited = || of(Form::Limited).map(|p| with(p, AntiWindup::Limit(key(p, "limit"))));
         let leaking = || of(Form::Leaking).map(|p| with(p, AntiWindup::Leaking(key(p, "leak"))));
-        let others = clamping().or_else(tracking).or_else(limited);
-        usual.or(others).or_else(leaking)
+        usual
+            .or_else(clamping)
+            .or_else(tracking)
+            .or_else(limited)
+            .or_else(leaking)
     }
 
     /// How fast the integral grows, V/s.

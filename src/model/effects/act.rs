@@ -64,7 +64,7 @@ pub struct Stage<R> {
     pub slip_direction: R,
     /// Where the drive of the spool saturates, in the unit of the command.
     pub saturation: R,
-    /// The pressure drop from P to T that is measured, bar; zero where none is.
+    /// The pressure drop from P to T that is measured, bar, where a reference is asked for; zero where none is.
     pub drop: R,
 }
 

@@ -483,13 +483,8 @@ impl<R: Real> ServoValveEquations<R> {
                 (state[INTEGRATOR], state[SPOOL]) = (spool, spool);
                 ports.settled_spool(state, spool);
                 let path = self.path(ports, state, input, true);
-                let stage = Stage {
-                    saturation: actuator.saturation(),
-                    drop: input.supply - input.tank,
-                    ..Stage::first(input.command, input.time)
-                };
-                let reference = ports.reference(state, input.command, spool, &stage);
-                let (drive, _) = actuator.derivative(spool, spool, reference);
+                let stage = Stage::first(input.command, input.time);
+                let (drive, _) = rates(ports, actuator, state, input, &stage);
                 let motion = motion(actuator, spool, zero, self.felt(&path), zero);
                 ports.drive(state, drive, &motion) / actuator.gain()
             },

@@ -570,6 +570,8 @@ fn what_is_wrong_in_a_record_is_named() {
                 "\"time [s]\"",
                 "0.5 s does not rise above 1 s",
                 "sort",
+                "clock was set",
+                "--sample-interval",
             ],
         ),
         ("H\n1,1,2\n", &["1 row", "at least two"]),

@@ -73,7 +73,7 @@ fn measured_files_get_mappings_that_work() {
 #[test]
 fn what_counts_rows_is_no_time_unless_the_file_says_how_far_they_are_apart() {
     let asked = |inspection: &Inspection, name: &str| {
-        let asks = format!("\"{name}\" counts the rows: say how far they are apart");
+        let asks = format!("\"{name}\" counts: say how far rows are apart");
         let timed = |map: &str| map.contains("=time");
         inspection.warnings.iter().any(|said| said.contains(&asks))
             && !inspection.proposals.iter().any(|one| timed(&one.map))
@@ -389,6 +389,115 @@ fn a_unit_is_read_where_it_stands_and_none_is_made_up_for_another() {
     let (_folder, path) = file("a.csv", &with_time("ramp [mm]"));
     let found = inspect(&path, &[]).unwrap();
     assert!(found.proposals.is_empty(), "{:?}", found.proposals);
+}
+
+/// Headers as benches elsewhere write them, over a command, a response three rows later, and what says nothing.
+#[test]
+fn headers_of_other_benches_are_understood() {
+    let content = |head: &str, step: f64, empty: bool| {
+        let mut text = format!("{head}\n");
+        for (row, (u, x)) in signals(500, 3).enumerate() {
+            let response = match empty && row % 90 == 17 {
+                true => String::new(),
+                false => (9.0 * x).to_string(),
+            };
+            text += &format!("{},{},{response},21.4\n", step * row as f64, 9.0 * u);
+        }
+        text
+    };
+    for (head, expected) in [
+        (
+            "Tempo [ms],Comando [%],Cursore [%],Aria",
+            [
+                "Tempo=time [ms]",
+                "Comando=command [%]",
+                "Cursore=spool [%]",
+            ],
+        ),
+        (
+            "tempo_s,comando_V,portata_l_min,T_aria_C",
+            [
+                "tempo_s=time [s]",
+                "comando_V=command [V]",
+                "portata_l_min=flow [l/min]",
+            ],
+        ),
+        (
+            "Temps [ms],Consigne [%],Retour [%],T ambiante",
+            [
+                "Temps=time [ms]",
+                "Consigne=command [%]",
+                "Retour=spool [%]",
+            ],
+        ),
+        (
+            "t(s),consigne(V),debit(l/min),T_air(C)",
+            ["t=time [s]", "consigne=command [V]", "debit=flow [l/min]"],
+        ),
+        (
+            "Tiempo (s),Consigna (mA),Caudal (l/min),Marcha",
+            [
+                "Tiempo=time [s]",
+                "Consigna=command [mA]",
+                "Caudal=flow [l/min]",
+            ],
+        ),
+        // A unit of a flow is none of a command, whatever follows it.
+        (
+            "t [s],Kanal 1 [%],Kanal 2 [l/min],Kanal 3",
+            ["t=time [s]", "Kanal 1=command [%]", "Kanal 2=flow [l/min]"],
+        ),
+        // What a loop is closed around is in the unit of its command.
+        (
+            "Zeit [ms],Sollwert [V],Kolbenposition [V],Umgebung [°C]",
+            [
+                "Zeit=time [ms]",
+                "Sollwert=command [V]",
+                "Kolbenposition=spool [V]",
+            ],
+        ),
+        (
+            "Zeit_s,Sollstrom_mA,Kolbenweg_V,Status",
+            [
+                "Zeit_s=time [s]",
+                "Sollstrom_mA=command [mA]",
+                "Kolbenweg_V=spool [V]",
+            ],
+        ),
+        // A symbol of a flow that is measured is no spool.
+        (
+            "t_s,U_soll,Q_ist,Freigabe",
+            ["t_s=time [s]", "U_soll=command [1]", "Q_ist=flow [L/min]"],
+        ),
+        // The room is no oil.
+        (
+            "Zeit_us,Soll_%,Ist_%,Umgebungstemperatur [°C]",
+            ["Zeit_us=time [us]", "Soll_%=command [%]", "Ist_%=spool [%]"],
+        ),
+    ] {
+        for empty in [false, true] {
+            let found = Inspection::parse("a.csv", content(head, 1.0, empty), &[]).unwrap();
+            let maps: Vec<&str> = found.proposals.iter().map(|p| p.map.as_str()).collect();
+            assert_eq!(maps, expected, "{head}, empty cells: {empty}");
+        }
+    }
+    // What counts by more than one is no clock, and a line above the header is.
+    let counted = content("counter,cmd [V],spool [V],flag", 3.0, false);
+    let found =
+        Inspection::parse("a.csv", format!("Sample rate = 800 Hz\n{counted}"), &[]).unwrap();
+    assert!(
+        found.call.ends_with("--sample-interval 0.00125"),
+        "{found:?}"
+    );
+    let campionamento = format!("Frequenza campionamento;800 Hz\n{counted}");
+    let found = Inspection::parse("a.csv", campionamento, &[]).unwrap();
+    assert!(
+        found.call.ends_with("--sample-interval 0.00125"),
+        "{found:?}"
+    );
+    let found = Inspection::parse("a.csv", &counted, &[]).unwrap();
+    let asks = "\"counter\" counts: say how far rows are apart, with --sample-interval SECONDS";
+    assert!(found.warnings.iter().any(|said| said == asks), "{found:?}");
 }
 
 /// Two tests side by side in one file, of which one is shorter.

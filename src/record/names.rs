@@ -2,6 +2,7 @@
 
 use crate::record::label::Label;
 use crate::record::target::Target;
+use crate::record::unit;
 use crate::record::{Channel, Quantity};
 
 /// How surely a word names a target; a command of the position is a command, the position of a spool a spool.
@@ -45,6 +46,12 @@ pub(super) fn meanings(label: &Label) -> Vec<Meaning> {
                 // A column in another unit is another quantity.
                 Some(unit) if !known(unit) => return None,
                 Some(unit) => (&words[..], Some(unit.clone())),
+                None if words
+                    .last()
+                    .is_some_and(|last| of_a_signal(last) && !known(last)) =>
+                {
+                    return None;
+                }
                 None => match without_unit(&words, known) {
                     (stem, None) => (stem, unit_within(&label.spelt, &words, known)),
                     found => found,
@@ -60,6 +67,15 @@ pub(super) fn meanings(label: &Label) -> Vec<Meaning> {
             })
         })
         .collect()
+}
+
+/// Whether a word is a unit of a signal and nothing else; `A` is a port as well.
+fn of_a_signal(word: &str) -> bool {
+    let knows = |quantity: Quantity| quantity.unit(Some(word), "").is_ok();
+    word != "A"
+        && word.parse::<f64>().is_err()
+        && knows(Quantity::Signal)
+        && !knows(Quantity::Length)
 }
 
 /// The pressure before or behind the valve that a column is by its name alone, which says nothing else, and by its unit.
@@ -94,27 +110,35 @@ pub(super) fn is_no_signal(label: &Label) -> bool {
     })
 }
 
-/// The unit of time that the name of a column ends with: `cycle_ms`.
-pub(super) fn unit_of_time(label: &Label) -> Option<String> {
-    let known = |unit: &str| Quantity::Time.unit(Some(unit), "").is_ok();
-    without_unit(&words(&label.spelt), known).1
+/// The unit of this `quantity` that stands beside the name of a column, or that the name ends with: `cycle_ms`.
+pub(super) fn unit_of(quantity: Quantity, label: &Label) -> Option<String> {
+    let known = |unit: &str| quantity.unit(Some(unit), "").is_ok();
+    match &label.unit {
+        Some(unit) => Some(unit.clone()).filter(|unit| known(unit)),
+        None => without_unit(&words(&label.spelt), known).1,
+    }
 }
 
-/// The words of a name: `xCmd_mm` has x, Cmd and mm.
+/// The words of a name: `xCmd_mm` has x, Cmd and mm, and `p_kPa` p and kPa.
 fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut before = ' ';
-    for letter in name.chars() {
-        let begins = before.is_lowercase() && letter.is_uppercase();
-        if begins || !(letter.is_alphanumeric() || "%°³²".contains(letter)) {
-            words.push(String::new());
+    let apart = |letter: char| !(letter.is_alphanumeric() || "%°³²".contains(letter));
+    let mut words = Vec::new();
+    for piece in name.split(apart).filter(|piece| !piece.is_empty()) {
+        // The pressure at port A is no Pa.
+        if unit::is_known(piece) && piece != "pA" {
+            words.push(piece.to_owned());
+            continue;
         }
-        if letter.is_alphanumeric() || "%°³²".contains(letter) {
+        let mut before = ' ';
+        words.push(String::new());
+        for letter in piece.chars() {
+            if before.is_lowercase() && letter.is_uppercase() {
+                words.push(String::new());
+            }
             words.last_mut().expect("there is one").push(letter);
+            before = letter;
         }
-        before = letter;
     }
-    words.retain(|word| !word.is_empty());
     words
 }
 
@@ -148,10 +172,35 @@ fn unit_within(name: &str, words: &[String], known: impl Fn(&str) -> bool) -> Op
     all.find(|unit| unit.parse::<f64>().is_err() && known(unit))
 }
 
+/// What says of a quantity that it was measured.
+const MEASUREMENT: [&str; 12] = [
+    "meas", "measured", "actual", "act", "ist", "istwert", "feedback", "fb", "response", "output",
+    "retour", "ritorno",
+];
+
+/// Symbols of what no spool is.
+const OF_NO_SIGNAL: [&str; 10] = ["q", "qv", "p", "ps", "pt", "pa", "pb", "pl", "f", "t"];
+
+/// What the temperature of no oil is of.
+const SURROUNDINGS: [&str; 8] = [
+    "amb", "ambient", "ambiante", "ambiente", "room", "air", "aria", "luft",
+];
+
 /// How surely the words name the target, and which of them does.
 fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
     let (names, symbols): (&[&str], &[&str]) = match target {
-        Target::Time => (&["time", "zeit", "timestamp", "clock"], &["t"]),
+        Target::Time => (
+            &[
+                "time",
+                "zeit",
+                "timestamp",
+                "clock",
+                "temps",
+                "tempo",
+                "tiempo",
+            ],
+            &["t"],
+        ),
         Target::Channel(channel) => match channel {
             Channel::Command => (
                 &[
@@ -172,6 +221,11 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "target",
                     "input",
                     "stimulus",
+                    "sollstrom",
+                    "sollspannung",
+                    "consigne",
+                    "comando",
+                    "consigna",
                 ],
                 &["u", "w", "r", "u valve", "uv", "u in"],
             ),
@@ -186,6 +240,9 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "schieberstellung",
                     "schieberhub",
                     "ventilschieber",
+                    "tiroir",
+                    "cursore",
+                    "corredera",
                 ],
                 &["x", "y", "xv"],
             ),
@@ -196,6 +253,10 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "durchfluss",
                     "durchfluß",
                     "volumenstrom",
+                    "débit",
+                    "debit",
+                    "portata",
+                    "caudal",
                 ],
                 &["q", "qv", "qab", "ql"],
             ),
@@ -251,15 +312,34 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                     "kolbenlage",
                     "zylinderweg",
                     "stroke",
+                    "posizione",
+                    "posición",
+                    "posicion",
                 ],
                 &["s", "xp"],
             ),
             Channel::Temperature => (
-                &["temperature", "temp", "temperatur", "öltemperatur"],
-                &["t oil", "t oel", "t öl", "oil", "oel", "öl", "theta", "t"],
+                &[
+                    "temperature",
+                    "temp",
+                    "temperatur",
+                    "öltemperatur",
+                    "température",
+                    "temperatura",
+                ],
+                &[
+                    "t oil", "t oel", "t öl", "t olio", "t huile", "t aceite", "oil", "oel", "öl",
+                    "theta", "t",
+                ],
             ),
         },
     };
+    let of_surroundings = words
+        .iter()
+        .any(|word| SURROUNDINGS.contains(&word.as_str()));
+    if target == Target::Channel(Channel::Temperature) && of_surroundings {
+        return None;
+    }
     let certainty = match target {
         Target::Channel(Channel::Command) => NAMES_A_COMMAND,
         Target::Channel(Channel::Spool) => NAMES_THE_SPOOL,
@@ -277,8 +357,9 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
     if let Some(word) = named(names) {
         return Some((certainty, word));
     }
-    // `QL` is `q_l`.
-    let symbol = words.concat();
+    // `QL` is `q_l`, and `Q_ist` is `q`.
+    let measured = |word: &&String| !MEASUREMENT.contains(&word.as_str());
+    let symbol: String = words.iter().filter(measured).cloned().collect();
     if symbols.iter().any(|own| own.replace(' ', "") == symbol) {
         return Some((SYMBOL, phrase));
     }
@@ -290,28 +371,25 @@ fn said(target: Target, words: &[String]) -> Option<(u8, String)> {
                 "counter",
             ],
         ),
-        Target::Channel(Channel::Spool) => (
-            MEASURED,
-            &[
-                "meas",
-                "measured",
-                "actual",
-                "act",
-                "ist",
-                "istwert",
-                "feedback",
-                "fb",
-                "response",
-                "output",
+        Target::Channel(Channel::Spool) if OF_NO_SIGNAL.contains(&symbol.as_str()) => return None,
+        Target::Channel(Channel::Spool) => {
+            let places = named(&[
                 "position",
                 "pos",
                 "displacement",
                 "stroke",
                 "lage",
                 "kolbenlage",
+                "kolbenweg",
+                "kolbenposition",
                 "stellung",
-            ],
-        ),
+                "posizione",
+                "posición",
+                "posicion",
+            ]);
+            let found = named(&MEASUREMENT).or(places)?;
+            return Some((MEASURED, found));
+        }
         _ => return None,
     };
     named(generic.1).map(|word| (generic.0, word))
@@ -393,6 +471,15 @@ mod tests {
             ("Kolbenlage [mm]", "position [mm]"),
             ("Lage (V)", "spool [V]"),
             ("Scan", "time [?]"),
+            ("u_cmd_mV", "command [mV]"),
+            ("supply_kPa", "supply_pressure [kPa]"),
+            ("pTank_MPa", "return_pressure [MPa]"),
+            ("Q_ist", "flow [?]"),
+            ("ps_ist", "supply_pressure [?]"),
+            ("x_ist", "spool [?]"),
+            ("Kolbenweg_V", "spool [V]"),
+            ("Température (°C)", "temperature [°C]"),
+            ("Ambient temperature [°C]", ""),
             ("force_N", ""),
             ("p_pressure", ""),
         ] {

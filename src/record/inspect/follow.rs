@@ -27,8 +27,8 @@ impl Follows {
     }
 }
 
-/// How `response` follows `command`: where they are most alike. `None` where one of
-/// them is constant or not all finite, or short.
+/// How `response` follows `command`: where they are most alike, as if what is not finite were the mean. `None` where one of them is
+/// constant, or short.
 pub(super) fn follows(command: &[f64], response: &[f64]) -> Option<Follows> {
     let rows = command.len().min(response.len()).min(ROWS);
     if rows < FEWEST {
@@ -74,12 +74,16 @@ pub(in crate::record) fn alike(command: &[f64], response: &[f64], itself: f64) -
         .max_by(|one, other| one.abs().total_cmp(&other.abs()))
 }
 
-/// The values about their mean; `None` where nothing is left.
+/// The values about their mean, which stands in for what is not finite; `None` where nothing is left.
 fn centred(values: &[f64]) -> Option<Vec<f64>> {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let centred: Vec<f64> = values.iter().map(|value| value - mean).collect();
-    let varies = values.iter().any(|&value| value != values[0]);
-    (varies && mean.is_finite()).then_some(centred)
+    let finite = || values.iter().filter(|value| value.is_finite());
+    let first = *finite().next()?;
+    let mean = finite().sum::<f64>() / finite().count() as f64;
+    let about = |&value: &f64| {
+        if value.is_finite() { value - mean } else { 0.0 }
+    };
+    let varies = finite().any(|&value| value != first);
+    (varies && mean.is_finite()).then(|| values.iter().map(about).collect())
 }
 
 /// The number of rows after which the whole command comes again.

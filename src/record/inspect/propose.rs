@@ -4,7 +4,7 @@ use super::follow::{Follows, follows};
 use super::targets::{COMMAND, Targets};
 use crate::record::column::{Column, Odd};
 use crate::record::mapping::small;
-use crate::record::names::{COUNTS, Meaning, is_no_signal, meanings, unit_of_time};
+use crate::record::names::{COUNTS, Meaning, is_no_signal, meanings, unit_of};
 use crate::record::ranges::limit;
 use crate::record::table::Table;
 use crate::record::target::Target;
@@ -283,7 +283,7 @@ impl Finder<'_> {
                 continue;
             }
             let counts = *target == Target::Time && *certainty == COUNTS && unit.is_none();
-            if counts && counts_rows(self.values(*index)) {
+            if counts && counts_evenly(self.values(*index)) {
                 self.doubt_counter(*index);
                 continue;
             }
@@ -298,11 +298,11 @@ impl Finder<'_> {
         }
     }
 
-    /// A column that counts rows says nothing of when they were taken.
+    /// A column that counts says nothing of when rows were taken.
     fn doubt_counter(&mut self, index: usize) {
         let name = quoted(&self.column(index).label.text);
         self.proposed.doubts.push(format!(
-            "{name} counts the rows: say how far they are apart, with --sample-interval SECONDS"
+            "{name} counts: say how far rows are apart, with --sample-interval SECONDS"
         ));
         self.doubtful.push(index);
     }
@@ -321,10 +321,7 @@ impl Finder<'_> {
         rising.retain(|&index| rises(self.values(index)) && may_be_time(index));
         if let [only] = rising[..] {
             let label = &self.column(only).label;
-            let unit = match &label.unit {
-                Some(_) => self.unit_for(only, Quantity::Time),
-                None => unit_of_time(label),
-            };
+            let unit = self.unit_for(only, Quantity::Time);
             if label.unit.is_none() && unit.is_none() && counts_rows(self.values(only)) {
                 return self.doubt_counter(only);
             }
@@ -343,7 +340,7 @@ impl Finder<'_> {
         let flow = |index: usize| self.unit_for(index, Quantity::Flow).is_some();
         let mut free = self.free();
         free.retain(|&index| self.column(index).moments.is_none());
-        free.retain(|&index| flow(index) || !is_no_signal(&self.column(index).label));
+        free.retain(|&index| flow(index) || self.may_be_signal(index));
         let pairs: Vec<(usize, usize)> = match (command, response) {
             (Some(_), Some(_)) => return,
             (Some(command), None) => free.iter().map(|&other| (command, other)).collect(),
@@ -354,6 +351,10 @@ impl Finder<'_> {
                 pairs.filter(|(one, other)| one != other).collect()
             }
         };
+        let pairs: Vec<_> = pairs
+            .into_iter()
+            .filter(|&(early, _)| !flow(early))
+            .collect();
         // Where neither is known, only what is behind is the response.
         let least = isize::from(command.is_none() && response.is_none());
         let alike = |&(early, late): &(usize, usize)| {
@@ -396,10 +397,17 @@ impl Finder<'_> {
         }
     }
 
-    /// The column's unit, if it is one of this quantity.
+    /// Whether neither its name nor its unit makes it another quantity than a signal of the spool's loop.
+    fn may_be_signal(&self, index: usize) -> bool {
+        let label = &self.column(index).label;
+        let unit = label.unit.as_deref().filter(|unit| unit::is_known(unit));
+        !is_no_signal(label)
+            && unit.is_none_or(|_| self.unit_for(index, Quantity::Signal).is_some())
+    }
+
+    /// The unit beside the column's name or at its end, if it is one of this quantity.
     fn unit_for(&self, index: usize, quantity: Quantity) -> Option<String> {
-        let unit = self.column(index).label.unit.clone();
-        unit.filter(|unit| quantity.unit(Some(unit), "").is_ok())
+        unit_of(quantity, &self.column(index).label)
     }
 
     fn propose(&mut self, index: usize, target: Target, unit: Option<String>, mut reason: String) {
@@ -499,6 +507,14 @@ fn rises(values: &[f64]) -> bool {
     values.len() > 1 && rising as f64 >= SHARE * (values.len() - 1) as f64
 }
 
+/// Whether a column counts the rows, one by one.
 fn counts_rows(values: &[f64]) -> bool {
-    values.windows(2).all(|pair| pair[1] - pair[0] == 1.0)
+    counts_evenly(values) && values[1] - values[0] == 1.0
+}
+
+/// Whether a column goes on by the same whole number from each row to the next.
+fn counts_evenly(values: &[f64]) -> bool {
+    let mut steps = values.windows(2).map(|pair| pair[1] - pair[0]);
+    let first = steps.next().unwrap_or(0.0);
+    first >= 1.0 && first.fract() == 0.0 && steps.all(|step| step == first)
 }

@@ -3,8 +3,18 @@
 use crate::record::Quantity;
 
 /// What says that a line is about the rows, beside its number.
-const OF_ROWS: [&str; 8] = [
-    "rate", "sampl", "abtast", "logg", "scan", "daq", "interval", "raster",
+const OF_ROWS: [&str; 11] = [
+    "rate",
+    "sampl",
+    "abtast",
+    "logg",
+    "scan",
+    "daq",
+    "interval",
+    "raster",
+    "campion",
+    "chantillon",
+    "muestr",
 ];
 
 /// The seconds between two rows and the line of those `above` the header that says so; `None` where none does, or two do not agree.
@@ -75,6 +85,8 @@ mod tests {
             ("Abtastzeit;0,5;ms", Some(5e-4)),
             ("Sampling interval,250us,", Some(2.5e-4)),
             ("scan rate 1 kS/s", Some(1e-3)),
+            ("Fréquence d'échantillonnage : 400 Hz", Some(2.5e-3)),
+            ("frecuencia de muestreo: 1 kHz", Some(1e-3)),
             ("Rate;1000", None),
             ("Filter 500 Hz", None),
             ("logger: 14 bit", None),

@@ -180,6 +180,7 @@ fn the_catalogue_is_that_of_the_reference() {
         "overlap~leaking",
         "integral_action~leaking",
         "null_bias~supply",
+        "null_bias~drifting",
     ];
     let names: HashSet<&str> = CATALOGUE.iter().map(|entry| entry.name).collect();
     assert_eq!(names, HashSet::from(expected));
@@ -559,7 +560,7 @@ fn a_loop_that_does_not_saturate_is_inside_the_bounds() {
 /// An effect of the simulator, the same in the catalogue, and its values there.
 type Twin = (&'static str, &'static str, &'static [(&'static str, f64)]);
 
-const TWINS: [Twin; 107] = [
+const TWINS: [Twin; 109] = [
     ("delay=0.0023", "delay", &[("delay", 0.0023)]),
     ("dc_gain=0.97", "dc_gain", &[("dc_gain", 0.97)]),
     (
@@ -1125,6 +1126,16 @@ const TWINS: [Twin; 107] = [
         "null_bias~supply",
         &[("supply_null_shift", 0.08), ("null_pressure", 10.0)],
     ),
+    (
+        "null_bias~drifting=0.06",
+        "null_bias~drifting",
+        &[("null_drift", 0.06)],
+    ),
+    (
+        "null_bias~drifting=0.02:heating=20:warm_up=3",
+        "null_bias~drifting",
+        &[("null_drift_per_kelvin", 0.02)],
+    ),
 ];
 
 fn on_the_rig(effects: &[&str], command: Command) -> Setup {
@@ -1514,6 +1525,7 @@ fn a_record_starts_in_equilibrium_with_its_first_command() {
             ];
             let forms = [
                 "null_bias~settling",
+                "null_bias~drifting",
                 "null_bias~transducer",
                 // In a stop, with its integrator beyond the rail, it begins with a motion of a millisecond.
                 "stroke_limit~rail",

@@ -455,6 +455,18 @@ fn a_form_before_the_spool_is_told_from_what_comes_near_it() {
             &[("coil_heating", 4.0 / 0.9 - 4.0), ("coil_time", 0.8)],
         ),
         (
+            "null_bias~drifting=0.02:heating=20:warm_up=3",
+            "null_bias,sensor_drift,viscosity_drift,dc_gain",
+            ["null_bias", "drifting"],
+            &[("null_drift_per_kelvin", 0.02)],
+        ),
+        (
+            "null_bias~drifting=-0.06",
+            "null_bias,sensor_drift,viscosity_drift,dc_gain",
+            ["null_bias", "drifting"],
+            &[("null_drift", -0.06)],
+        ),
+        (
             "dc_gain~creeping=0.95:time=0.4",
             "dc_gain,integral_action,null_bias,hysteresis",
             ["dc_gain", "creeping"],

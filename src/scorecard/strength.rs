@@ -173,7 +173,11 @@ impl Open {
             Kind::IntegralAction if form == Form::Leaking => extra("leak", 0.5, 5.0),
             _ => {}
         }
-        let heats = kind == Kind::ViscosityDrift && form == Form::Usual && rng.random();
+        let may_heat = match kind {
+            Kind::ViscosityDrift => form == Form::Usual,
+            kind => kind == Kind::NullBias && form == Form::Drifting,
+        };
+        let heats = may_heat && rng.random();
         if heats {
             planted.extra.push(("heating", 15.0));
         }
@@ -191,6 +195,8 @@ impl Open {
             }
             Kind::DcGain => Dial::rising(0.03, 0.4).signed(rng).from(1.0),
             Kind::NullBias if form == Form::Supply => Dial::rising(0.03, 0.6).signed(rng),
+            Kind::NullBias if heats => Dial::rising(0.02, 0.2).signed(rng),
+            Kind::NullBias if form == Form::Drifting => Dial::rising(0.03, 0.4).signed(rng),
             Kind::NullBias => Dial::rising(0.3, 2.5).signed(rng),
             Kind::Hysteresis => Dial::rising(0.15, 1.8),
             Kind::CommandLag => Dial::rising(0.003, 0.1),

@@ -2,7 +2,7 @@
 //! lag.
 
 use super::filter::{Lag, runge_kutta};
-use super::planted::{Form, Kind, Planted, find, value};
+use super::planted::{COLD, Form, Heating, Kind, Planted, find, value};
 use super::sensor::Line;
 use super::valve::FULL_SCALE;
 use rand_chacha::ChaCha8Rng;
@@ -121,6 +121,9 @@ pub(super) struct Pickup {
     hum: Option<Line>,
     /// How far it moves, V, with which time constant, s.
     shift: Option<(f64, f64)>,
+    /// How fast it moves, V/s, or V/K where that is.
+    drift: f64,
+    heating: Option<Heating>,
 }
 
 impl Pickup {
@@ -129,8 +132,12 @@ impl Pickup {
         let hum = hum
             .into_iter()
             .find_map(|form| find(planted, Kind::CommandHum, form));
+        let drifting = find(planted, Kind::NullBias, Form::Drifting);
+        let heating = drifting.and_then(|p| p.key("heating"));
         Self {
             hum: hum.map(|p| Line::planted(p, rng)),
+            drift: drifting.map_or(0.0, |p| p.value),
+            heating: heating.and(Heating::planted(planted)),
             shift: find(planted, Kind::NullBias, Form::Settling)
                 .map(|p| (p.value, p.key("warm_up").unwrap_or(1.0))),
         }
@@ -139,7 +146,11 @@ impl Pickup {
     /// After `time` s.
     pub(super) fn at(&self, time: f64) -> f64 {
         let shifted = |(most, constant): (f64, f64)| -most * (-time / constant).exp_m1();
-        self.shift.map_or(0.0, shifted) + self.hum.as_ref().map_or(0.0, |hum| hum.at(time))
+        let warmer = |heating: Heating| heating.temperature(time) - COLD;
+        let drifted = self.drift * self.heating.map_or(time, warmer);
+        self.shift.map_or(0.0, shifted)
+            + drifted
+            + self.hum.as_ref().map_or(0.0, |hum| hum.at(time))
     }
 }
 

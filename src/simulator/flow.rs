@@ -3,7 +3,7 @@
 use super::filter::{Lag, PolePair, runge_kutta};
 use super::meter::{Meter, Supply};
 use super::outsider::{self, CREEP_LAG, Oddity, Outsider, strength};
-use super::planted::{Drift, Form, Kind, Planted, find, value};
+use super::planted::{COLD, Drift, Form, Heating, Kind, Planted, find, value};
 use super::valve::{FULL_SCALE, RATED_DROP, Valve};
 
 /// Exponent of the gas of an accumulator, between slow and fast.
@@ -323,36 +323,27 @@ fn fed((at_null, slowly): (f64, f64), x: f64) -> f64 {
 }
 
 /// Q (1 + drift · t), t as [`Drift`] has it, or with a heating Q (1 + drift · (ϑ − ϑ0)) where the oil warms up.
-pub(super) struct Oil {
+struct Oil {
     drift: Drift,
-    warming: Option<(f64, f64)>,
+    heating: Option<Heating>,
 }
 
-/// The oil's temperature at the start, degC.
-const COLD: f64 = 40.0;
-
 impl Oil {
-    pub(super) fn planted(planted: &[Planted]) -> Self {
+    fn planted(planted: &[Planted]) -> Self {
         let forms = [Form::Usual, Form::Settling];
         let drift = forms
             .iter()
             .find_map(|&form| find(planted, Kind::ViscosityDrift, form));
-        let warming = |p: &Planted| Some((p.key("heating")?, p.key("warm_up")?));
+        let heating = drift.and_then(|p| p.key("heating"));
         Self {
             drift: Drift::of(drift),
-            warming: drift.and_then(warming),
+            heating: heating.and(Heating::planted(planted)),
         }
     }
 
-    /// degC, where a temperature is measured.
-    pub(super) fn temperature(&self, time: f64) -> Option<f64> {
-        let (heating, warm_up) = self.warming?;
-        Some(COLD - heating * (-time / warm_up).exp_m1())
-    }
-
     fn factor(&self, time: f64) -> f64 {
-        let warmer = |temperature| self.drift.rate * (temperature - COLD);
-        1.0 + self.temperature(time).map_or(self.drift.at(time), warmer)
+        let warmer = |heating: Heating| self.drift.rate * (heating.temperature(time) - COLD);
+        1.0 + self.heating.map_or(self.drift.at(time), warmer)
     }
 }
 

@@ -39,13 +39,14 @@ pub use command::Command;
 pub use meter::{Meter, Supply};
 pub use noise::{Noise, Quantisation};
 pub use outsider::{Oddity, Outsider};
+use planted::Heating;
 pub use planted::{Form, Kind, Planted};
 pub use valve::{FULL_SCALE, RATED_DROP, Valve};
 
 use crate::record::{Channel, Record, Series};
 use crate::{Error, Result};
 use electronics::{Electronics, Pickup, exact_delay};
-use flow::{Flow, Oil, Seen};
+use flow::{Flow, Seen};
 use outsider::{odd_command, seen_rate, strength};
 use random::{Stream, random};
 use sensor::{Sensor, hanging};
@@ -389,12 +390,9 @@ impl Setup {
                 }
             }
         }
-        let oil = Oil::planted(planted);
-        simulation.temperature = simulation
-            .time
-            .iter()
-            .map(|&t| oil.temperature(t))
-            .collect();
+        let times = simulation.time.iter();
+        simulation.temperature = Heating::planted(planted)
+            .map(|heating| times.map(|&t| heating.temperature(t)).collect());
         let all = simulation.spool.iter().chain(&simulation.flow);
         if all.into_iter().all(|y| y.is_finite()) {
             return Ok(simulation);

@@ -175,6 +175,8 @@ pub enum Form {
     Transducer,
     /// An integrator that leaks.
     Leaking,
+    /// A null that moves on with time; its value is in V/s, or in V/K where a heating is given and a temperature measured.
+    Drifting,
     /// A null that shifts with the supply's pressure; its value is for each tenth of the rated one.
     Supply,
     /// A stop behind which the integrator winds up to its rail.
@@ -198,6 +200,7 @@ impl Form {
             Self::Accumulator => "accumulator",
             Self::Transducer => "transducer",
             Self::Leaking => "leaking",
+            Self::Drifting => "drifting",
             Self::Supply => "supply",
             Self::Rail => "rail",
             Self::Bridge => "bridge",
@@ -319,8 +322,9 @@ impl Kind {
                 &[Form::Creeping, Form::Heating, Form::Leaking],
                 &[("time", 0.5, &[Form::Creeping, Form::Heating]), ("zero", 0.0, &[Form::Leaking])]),
             Self::NullBias => entry("null_bias", "V", "electronics", (-10.0, 10.0), 0.3,
-                &[Form::Settling, Form::Transducer, Form::Pilot, Form::Supply],
-                &[("warm_up", 5.0, &[Form::Settling, Form::Transducer]), ("stretch", 0.0, &[Form::Transducer])]),
+                &[Form::Settling, Form::Transducer, Form::Pilot, Form::Supply, Form::Drifting],
+                &[("warm_up", 5.0, &[Form::Settling, Form::Transducer, Form::Drifting]), ("stretch", 0.0, &[Form::Transducer]),
+                    ("heating", f64::NAN, &[Form::Drifting])]),
             Self::Hysteresis => entry("hysteresis", "V", "electronics", (0.0, 5.0), 0.15,
                 &[Form::BoucWen, Form::Preisach, Form::Gradual, Form::Spread, Form::Feedback, Form::Linkage, Form::Loop, Form::Transducer],
                 &[("width", f64::NAN, &[Form::BoucWen]), ("travel", 0.5, &[Form::Gradual]), ("widest", 1.0, &[Form::Spread]), ("share", 0.6, &[Form::Loop])]),
@@ -512,11 +516,13 @@ impl Planted {
         Self { channel, ..self }
     }
 
-    /// The unit of its value: that of its kind, but for a drift that follows a temperature.
+    /// The unit of its value: that of its kind, but for a drift, which may follow a temperature.
     pub fn unit(&self) -> &'static str {
-        match self.effect {
-            Kind::ViscosityDrift if self.key("heating").is_some() => "1/K",
-            kind => kind.unit(),
+        match (self.effect, self.key("heating")) {
+            (Kind::ViscosityDrift, Some(_)) => "1/K",
+            (Kind::NullBias, Some(_)) => "V/K",
+            (Kind::NullBias, None) if self.form == Form::Drifting => "V/s",
+            (kind, _) => kind.unit(),
         }
     }
 
@@ -632,6 +638,32 @@ impl Display for Planted {
         self.extra
             .iter()
             .try_for_each(|(key, value)| write!(f, ":{key}={value}"))
+    }
+}
+
+/// Oil that warms up, and whose temperature is measured.
+#[derive(Clone, Copy)]
+pub(super) struct Heating {
+    kelvin: f64,
+    warm_up: f64,
+}
+
+/// The oil's temperature at the start, degC.
+pub(super) const COLD: f64 = 40.0;
+
+impl Heating {
+    pub(super) fn planted(planted: &[Planted]) -> Option<Self> {
+        planted.iter().find_map(|p| {
+            Some(Self {
+                kelvin: p.key("heating")?,
+                warm_up: p.key("warm_up")?,
+            })
+        })
+    }
+
+    /// degC.
+    pub(super) fn temperature(self, time: f64) -> f64 {
+        COLD - self.kelvin * (-time / self.warm_up).exp_m1()
     }
 }
 

@@ -66,6 +66,8 @@ pub struct Stage<R> {
     pub saturation: R,
     /// The pressure drop from P to T that is measured, bar, where a reference is asked for; zero where none is.
     pub drop: R,
+    /// The temperature that is measured, degC, where a reference is asked for; zero where none is.
+    pub temperature: R,
 }
 
 impl<R: Real> Stage<R> {
@@ -79,6 +81,7 @@ impl<R: Real> Stage<R> {
             slip_direction: R::constant(0.0),
             saturation: R::constant(0.0),
             drop: R::constant(0.0),
+            temperature: R::constant(0.0),
         }
     }
 }

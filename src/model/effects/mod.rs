@@ -293,6 +293,7 @@ catalogue! {
     overlap::OverlapOfLeaking = LEAKING,
     integral_action::IntegralActionLeaking = LEAKING,
     null_bias::NullBiasOfSupply = SUPPLY,
+    null_bias::NullBiasDrifting = DRIFTING,
 }
 
 /// The entry of the effect called `name`, of the catalogue or [registered](register).

@@ -107,6 +107,70 @@ impl<R: Real> Act<R> for NullBiasSettling<R> {
     }
 }
 
+pub(super) const DRIFTING: Entry = Entry {
+    name: "null_bias~drifting",
+    summary: "The valve's null moves on with time, or with the temperature that is measured",
+    finding: "the valve answers as if {null_drift} came to its command as it warms up",
+    equation: "sat(u + null_drift t - x, S), or u + first_null_bias + null_drift_per_kelvin (temperature - 40 degC) where temperature is \
+               measured",
+    shows: "a spool and a flow that move away together with time or with the temperature, whatever the command is",
+    confused: "null_bias~settling, which comes to rest; sensor_drift, with which the other sensor stays",
+    source: "null shift with temperature: ISO 10770-1, whose tests are at 40 degC",
+    parameters: |scale, _| {
+        let (most, unit) = (0.3 * scale.command, &scale.command_unit);
+        let of = |name, per: &str, most: f64| {
+            Parameter::linear(name, &format!("{unit}{per}"), -most, 0.0, most)
+        };
+        let time = of("null_drift", "/s", most / scale.length);
+        let heat = of("null_drift_per_kelvin", "/K", 0.1 * most);
+        let first = of("first_null_bias", "", most);
+        match scale.temperature {
+            true => vec![time.fixed(), heat, first],
+            false => vec![time, heat.fixed(), first.fixed()],
+        }
+    },
+    trials: |scale, _| {
+        let amount = 0.02 * scale.command;
+        match scale.temperature {
+            true => vec![vec![0.1 * amount, 0.0]],
+            false => vec![vec![amount / scale.length]],
+        }
+    },
+    applies: host::moves_a_spool,
+    ..ENTRY
+};
+
+/// The null moves on with time or temperature.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct NullBiasDrifting<R> {
+    drift: R,
+    per_kelvin: R,
+    first: R,
+}
+
+impl<R: Real> NullBiasDrifting<R> {
+    #[inline(always)]
+    pub(super) fn new(mut next: impl FnMut() -> R) -> Self {
+        Self {
+            drift: next(),
+            per_kelvin: next(),
+            first: next(),
+        }
+    }
+}
+
+impl<R: Real> Act<R> for NullBiasDrifting<R> {
+    fn acts_on_the_reference(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn reference(&self, _own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
+        let warmer = stage.temperature - R::constant(40.0);
+        command + self.first + self.drift * stage.time + self.per_kelvin * warmer
+    }
+}
+
 pub(super) const PILOT: Entry = Entry {
     name: "null_bias~pilot",
     port: Port::Actuator,

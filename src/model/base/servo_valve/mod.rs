@@ -505,6 +505,7 @@ fn rates<R: Real, P: Ports<R>>(
     let stage = Stage {
         saturation: actuator.saturation(),
         drop: input.supply - input.tank,
+        temperature: input.temperature,
         ..*stage
     };
     let reference = ports.reference(state, input.command, spool, &stage);

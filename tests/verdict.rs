@@ -276,6 +276,47 @@ fn what_does_not_follow_the_fitted_rows_is_tied_with_nothing() {
     }
 }
 
+/// A spool that silts up where it stands, and breaks loose late and with a jump, moves wherever its command rests: what is left in
+/// rests is as much as everywhere, and no noise.
+#[test]
+fn a_spool_that_moves_in_rests_is_not_without_fault() {
+    let (mut integrator, mut spool, mut stood, mut moves) = (0.0f64, 0.0f64, 0.0f64, true);
+    let silting = |u: f64, step: f64| {
+        integrator += step * 115.0 * (u - spool).clamp(-5.0, 5.0);
+        let ahead = integrator - spool;
+        let held = if moves {
+            0.02
+        } else {
+            0.02 + 0.9 * (1.0 - (-stood / 0.6).exp())
+        };
+        moves = ahead.abs() > held;
+        if moves {
+            spool += step * (ahead - 0.02f64.copysign(ahead)) / 0.003;
+            stood -= step * stood / 0.015;
+        } else {
+            stood += step;
+        }
+        spool
+    };
+    let command = |time: f64| match time {
+        ..6.4 => [-3.2, 1.5, -0.1, -0.3, -0.7, -3.4, -4.1, 2.0][(time / 0.8) as usize],
+        _ => 3.0 * (TAU * 2.5 * (time - 6.4)).sin(),
+    };
+    let (report, printed) = asked(
+        going_on(0.002, 0.016, command, silting),
+        "delay,dead_band,hysteresis",
+    );
+    assert_eq!(report["verdict"], "unexplained", "{printed}");
+    let noise = &report["noise_sources"]["spool"];
+    assert_eq!(noise[0]["from"], "quiet stretches", "{noise}");
+    let warnings = report["warnings"].as_array().unwrap();
+    let mut warnings = warnings.iter().filter_map(Value::as_str);
+    let told = |said: &str| {
+        said.contains("from quiet stretches, but 0.0") && said.contains("from high-pass residual")
+    };
+    assert!(warnings.any(told), "{printed}");
+}
+
 /// Of a slow triangle alone the saturation is anything: what it is shows where steps are held out, and there the spool is followed.
 #[test]
 fn what_the_fitted_rows_leave_open_is_set_before_a_place_is_told() {

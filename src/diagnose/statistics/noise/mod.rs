@@ -131,11 +131,19 @@ impl Noise {
         self.method == NoiseMethod::Resolution
     }
 
-    /// The two measured sources that differ most, where they differ by more than they can. The differences of a residual that is
-    /// `structured` show more than noise.
+    /// Whether it was taken from rests that show more than its fast part does, by more than they can: it drifts, or the valve moves.
+    pub(in crate::diagnose) fn may_be_a_motion(&self) -> bool {
+        self.method == NoiseMethod::QuietStretches
+            && self.disagreement(true).is_some_and(|pair| {
+                pair.iter()
+                    .any(|one| one.method == NoiseMethod::Differences)
+            })
+    }
+
+    /// The two measured sources that differ most, where they differ by more than they can. Where the differences of a residual that
+    /// is `structured` show more than the others, that is no noise.
     pub fn disagreement(&self, structured: bool) -> Option<[Source; 2]> {
-        let counts = |one: &&Source| !structured || one.method != NoiseMethod::Differences;
-        let measured = self.sources.iter().filter(counts);
+        let measured = self.sources.iter();
         let measured = measured.filter_map(|one| Some((one, one.error?)));
         let measured: Vec<(&Source, f64)> = measured.collect();
         let pairs = measured
@@ -147,7 +155,13 @@ impl Noise {
             let ratio = low.max(high) / low.min(high);
             let margin = first.method.margin().max(second.method.margin());
             let sure = (high - low).abs() > APART * error.hypot(other);
-            (sure && ratio > margin).then_some((ratio, [*first, *second]))
+            let larger = if first.value > second.value {
+                first
+            } else {
+                second
+            };
+            let of_structure = structured && larger.method == NoiseMethod::Differences;
+            (sure && ratio > margin && !of_structure).then_some((ratio, [*first, *second]))
         });
         apart
             .max_by(|a, b| a.0.total_cmp(&b.0))

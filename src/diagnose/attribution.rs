@@ -762,13 +762,6 @@ impl<'a, 'b> Selection<'a, 'b> {
         self.evidence.best(&better).cloned()
     }
 
-    /// `model` without `effect`, fitted again.
-    fn without(&self, model: &Model, effect: Effect) -> Option<Model> {
-        let structure = model.structure().without(effect);
-        let problem = self.evidence.problem(&structure, &model.problem.parameters);
-        self.evidence.polished(problem)
-    }
-
     /// All plausible effects on top of `reduced`.
     fn alternatives(&mut self, reduced: &Model) -> Result<Alternatives> {
         if let Some(known) = self.refits.get(&names(reduced.structure())) {
@@ -791,7 +784,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         order: &[Effect],
         effect: Effect,
     ) -> Result<Option<(Model, Alternatives)>> {
-        let Some(reduced) = self.without(model, effect) else {
+        let Some(reduced) = self.evidence.without(model, effect) else {
             return Ok(None);
         };
         let mut rivals = self.alternatives(&reduced)?;
@@ -826,7 +819,7 @@ impl<'a, 'b> Selection<'a, 'b> {
     fn drop_superfluous(&mut self, model: &mut Model, order: &mut Vec<Effect>) {
         while self.stage.goes_on() {
             let spare = order.iter().find_map(|&effect| {
-                let reduced = self.without(model, effect)?;
+                let reduced = self.evidence.without(model, effect)?;
                 (order.len() > 1 && !self.worth(&reduced, model)).then_some((effect, reduced))
             });
             let Some((effect, reduced)) = spare else {
@@ -890,7 +883,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         });
         let own = causes.iter().map(|one| {
             counted(one.taken(), || {
-                let without = self.without(model, one.effect);
+                let without = self.evidence.without(model, one.effect);
                 let left = without.map(|other| other.loss(Side::HoldOut));
                 left.map_or(0.0, |left| taken(left, model.loss(Side::HoldOut)))
             })

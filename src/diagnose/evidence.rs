@@ -476,6 +476,32 @@ impl Evidence {
         self.problem(&structure, &start)
     }
 
+    /// `model` without `effect`, fitted again; also from where its loop saturates at the speed that the effect limits it to, which
+    /// nothing showed while that did.
+    pub(super) fn without(&self, model: &Model, effect: Effect) -> Option<Model> {
+        let structure = model.structure().without(effect);
+        let start = model.problem.parameters.clone();
+        let saturating = self.speed_limit(model, effect).map(|speed| {
+            let gain = model.value(GAIN).unwrap_or(1.0);
+            let mut start = start.clone();
+            let own = start.iter_mut().filter(|own| own.name == SATURATION);
+            let free = own.filter(|own| !own.is_fixed());
+            free.for_each(|own| own.set_nominal(own.clamp(speed / gain)));
+            start
+        });
+        let starts = std::iter::once(start).chain(saturating);
+        let models = starts.filter_map(|start| self.polished(self.problem(&structure, &start)));
+        models.min_by(|a, b| a.loss(Side::Fit).total_cmp(&b.loss(Side::Fit)))
+    }
+
+    /// The speed that `effect` limits `model` to, where the loop's saturation imitates that.
+    fn speed_limit(&self, model: &Model, effect: Effect) -> Option<f64> {
+        let own = effect.parameters(&self.sizes).into_iter().next()?;
+        let of_speed = own.unit == format!("{}/s", self.sizes.command_unit);
+        let imitated = effect.entry.imitated_by.contains(&SATURATION);
+        (of_speed && imitated).then(|| model.value(&own.name))?
+    }
+
     /// The free parameters of `effect` with the values of a `trial`.
     pub(super) fn at(&self, effect: Effect, trial: &[f64]) -> impl Iterator<Item = Parameter> {
         let free = effect.parameters(&self.sizes).into_iter();
@@ -1153,6 +1179,29 @@ pub(super) mod tests {
             let found = starts[0].trial[0];
             assert!((found - line).abs() < 0.2, "{found} instead of {line}");
         }
+    }
+
+    #[test]
+    fn without_a_limit_of_its_speed_a_loop_saturates_there_again() {
+        let bare = Structure::actuator(10.0, "V");
+        let limit = entry("slew_limit").unwrap().on(&bare)[0];
+        let valve = |saturation: f64, speed: f64| {
+            [
+                at("gain", 137.0),
+                at("time_constant", 0.0028),
+                at("saturation", saturation),
+                at("slew_limit", speed),
+            ]
+        };
+        let evidence = planted(&bare, limit, &valve(3.0, 1e5));
+        let imitating = evidence.problem(&bare.with(limit), &valve(100.0, 400.0));
+        let model = model(&evidence, &bare.with(limit)).begun_with(imitating);
+        let from_there = evidence.problem(&bare, &model.problem.parameters);
+        let from_there = evidence.polished(from_there).unwrap();
+        let without = evidence.without(&model, limit).unwrap();
+        let loss = |model: &Model| model.loss(Side::Fit).sqrt();
+        println!("{}, not {}", loss(&without), loss(&from_there));
+        assert!(loss(&from_there) > 1e-2 && loss(&without) < 1e-4);
     }
 
     #[test]

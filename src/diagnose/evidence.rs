@@ -481,25 +481,16 @@ impl Evidence {
     pub(super) fn without(&self, model: &Model, effect: Effect) -> Option<Model> {
         let structure = model.structure().without(effect);
         let start = model.problem.parameters.clone();
-        let saturating = self.speed_limit(model, effect).map(|speed| {
-            let gain = model.value(GAIN).unwrap_or(1.0);
+        let saturating = saturation_for(model, effect, &self.sizes).map(|saturation| {
             let mut start = start.clone();
             let own = start.iter_mut().filter(|own| own.name == SATURATION);
             let free = own.filter(|own| !own.is_fixed());
-            free.for_each(|own| own.set_nominal(own.clamp(speed / gain)));
+            free.for_each(|own| own.set_nominal(own.clamp(saturation)));
             start
         });
         let starts = std::iter::once(start).chain(saturating);
         let models = starts.filter_map(|start| self.polished(self.problem(&structure, &start)));
         models.min_by(|a, b| a.loss(Side::Fit).total_cmp(&b.loss(Side::Fit)))
-    }
-
-    /// The speed that `effect` limits `model` to, where the loop's saturation imitates that.
-    fn speed_limit(&self, model: &Model, effect: Effect) -> Option<f64> {
-        let own = effect.parameters(&self.sizes).into_iter().next()?;
-        let of_speed = own.unit == format!("{}/s", self.sizes.command_unit);
-        let imitated = effect.entry.imitated_by.contains(&SATURATION);
-        (of_speed && imitated).then(|| model.value(&own.name))?
     }
 
     /// The free parameters of `effect` with the values of a `trial`.
@@ -903,6 +894,17 @@ pub(super) fn set_start(problem: &mut Problem, values: &[f64]) {
     for (parameter, value) in free.zip(values) {
         parameter.set_nominal(*value);
     }
+}
+
+/// Where the loop of `model` saturates at the speed that its `effect` limits it to, if a saturation imitates that.
+fn saturation_for(model: &Model, effect: Effect, sizes: &Scale) -> Option<f64> {
+    let limit = effect.parameters(sizes).into_iter().next()?;
+    let of_speed = limit.unit == format!("{}/s", sizes.command_unit);
+    let imitated = effect.entry.imitated_by.contains(&SATURATION);
+    if !(of_speed && imitated) {
+        return None;
+    }
+    Some(model.value(&limit.name)? / model.value(GAIN)?)
 }
 
 #[cfg(test)]

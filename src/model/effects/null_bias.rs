@@ -2,6 +2,7 @@
 
 use super::host;
 use super::sensor_drift::settling_time;
+use super::viscosity_drift::REFERENCE_TEMPERATURE;
 use super::{Act, Entry, Motion, Port, Stage};
 use crate::model::{Parameter, Real};
 
@@ -166,7 +167,7 @@ impl<R: Real> Act<R> for NullBiasDrifting<R> {
 
     #[inline(always)]
     fn reference(&self, _own: &[R], command: R, _spool: R, stage: &Stage<R>) -> R {
-        let warmer = stage.temperature - R::constant(40.0);
+        let warmer = stage.temperature - R::constant(REFERENCE_TEMPERATURE);
         command + self.first + self.drift * stage.time + self.per_kelvin * warmer
     }
 }

@@ -6,6 +6,9 @@ use super::view::{self, Over, Values, View};
 use super::{Act, Entry, Moment, Port};
 use crate::model::{Parameter, Real};
 
+/// What a temperature is counted from, degC: at which ISO 10770-1 tests.
+pub(super) const REFERENCE_TEMPERATURE: f64 = 40.0;
+
 pub(super) const ENTRY: Entry = Entry {
     name: "viscosity_drift",
     port: Port::Flow,
@@ -66,7 +69,7 @@ impl<R: Real> ViscosityDrift<R> {
 impl<R: Real> Act<R> for ViscosityDrift<R> {
     #[inline(always)]
     fn flow(&self, flow: R, moment: &Moment<R>) -> R {
-        let warmer = moment.temperature - R::constant(40.0);
+        let warmer = moment.temperature - R::constant(REFERENCE_TEMPERATURE);
         flow + flow * (self.drift * moment.time + self.per_kelvin * warmer)
     }
 }

@@ -133,18 +133,15 @@ impl Noise {
 
     /// Whether it was taken from rests that show more than its fast part does, by more than they can: it drifts, or the valve moves.
     pub(in crate::diagnose) fn may_be_a_motion(&self) -> bool {
-        self.method == NoiseMethod::QuietStretches
-            && self.disagreement(true).is_some_and(|pair| {
-                pair.iter()
-                    .any(|one| one.method == NoiseMethod::Differences)
-            })
+        // Where rests were asked nothing repeats: only the fast part can disagree with them.
+        self.method == NoiseMethod::QuietStretches && self.disagreement(true).is_some()
     }
 
     /// The two measured sources that differ most, where they differ by more than they can. Where the differences of a residual that
     /// is `structured` show more than the others, that is no noise.
     pub fn disagreement(&self, structured: bool) -> Option<[Source; 2]> {
-        let measured = self.sources.iter();
-        let measured = measured.filter_map(|one| Some((one, one.error?)));
+        let sources = self.sources.iter();
+        let measured = sources.filter_map(|one| Some((one, one.error?)));
         let measured: Vec<(&Source, f64)> = measured.collect();
         let pairs = measured
             .iter()

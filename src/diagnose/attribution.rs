@@ -10,7 +10,7 @@ use super::preference::LEAST_OF_COST;
 use super::problem::IdentificationProblem;
 use super::screen::{LEVEL, Screened, Screening};
 use super::sensors::{of_a_sensor, with_sensors};
-use super::sought::{begun, least_costly, to_the_end};
+use super::sought::{begun, least_costly, near, to_the_end};
 use super::stage::Stage;
 use super::statistics::noise::Noise;
 use super::verdict::{EXPLAINED, counted, taken};
@@ -32,6 +32,10 @@ const PLAUSIBLE: f64 = 0.25;
 const REFITTED: (usize, usize) = (8, 4);
 /// Most effects that are polished to the end in a round after the first, in the place of another, or with other poles.
 const FOLLOWED: usize = 6;
+/// A few steps lead to this many times the cost of the model that is to be improved at most where more of them help, and to this many
+/// times that of a model that is to be outdone.
+const LEADS_SOMEWHERE: f64 = 1.1;
+const IS_A_RIVAL: f64 = 2.0;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
 const LEFT_OPEN: f64 = 1.3;
@@ -455,7 +459,11 @@ impl<'a, 'b> Selection<'a, 'b> {
         let Some(screening) = Screening::new(self.evidence, model, &seen) else {
             return Ok(None);
         };
-        let mut models = self.refit(model, &screening, at)?;
+        let most = match first {
+            true => f64::INFINITY,
+            false => LEADS_SOMEWHERE * self.evidence.cost(&model.problem),
+        };
+        let mut models = self.refit(model, &screening, at, most)?;
         if !self.stage.goes_on() {
             return Ok(None);
         }
@@ -470,6 +478,13 @@ impl<'a, 'b> Selection<'a, 'b> {
             return Ok(Some(all));
         }
         if first {
+            // Where the best so far shows how to begin again, better ones are sought then.
+            let best = self.best(model, &models);
+            let best = best.map(|best| self.evidence.released(&best).unwrap_or(best));
+            self.again = best.and_then(|best| self.begin_again(&best, first));
+            if self.again.is_some() {
+                return Ok(None);
+            }
             self.deepen(model, &mut models);
         }
         // What one effect leaves the next rounds look at.
@@ -532,12 +547,13 @@ impl<'a, 'b> Selection<'a, 'b> {
             .then_some((sensors, all))
     }
 
-    /// Refits the plausible effects of a screening on top of `model`.
+    /// Refits the plausible effects of a screening on top of `model`; those that cost more than `most` after a few steps no further.
     fn refit(
         &mut self,
         model: &Model,
         screening: &Screening,
         Round { round, first, .. }: Round,
+        most: f64,
     ) -> Result<Vec<(Effect, Model)>> {
         let key: Vec<String> = names(model.structure());
         if let Some(known) = self.refits.get(&key) {
@@ -576,7 +592,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         self.stage.begins(&format!("round {round}: polishing"));
         // A few steps tell the starts of an effect apart, and in later rounds the effects.
-        let begun = begun(self.evidence, starts);
+        let begun = near(begun(self.evidence, starts), most);
         let most = if first { usize::MAX } else { FOLLOWED };
         let models = to_the_end(self.evidence, least_costly(begun, most, 1));
         // Of rivals that were not all refitted none is the best.
@@ -585,6 +601,13 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         self.refits.insert(key, models.clone());
         Ok(models)
+    }
+
+    /// The best of those of `models` that are worth the effect that they have more than `model`.
+    fn best(&self, model: &Model, models: &[(Effect, Model)]) -> Option<Model> {
+        let models = models.iter().map(|(_, one)| one);
+        let accepted: Vec<&Model> = models.filter(|one| self.worth(model, one)).collect();
+        self.evidence.best(&accepted).cloned()
     }
 
     /// The least held-out cost of `model` and of those of `models` that are worth their effect, and whether none is.
@@ -762,8 +785,8 @@ impl<'a, 'b> Selection<'a, 'b> {
         self.evidence.best(&better).cloned()
     }
 
-    /// All plausible effects on top of `reduced`.
-    fn alternatives(&mut self, reduced: &Model) -> Result<Alternatives> {
+    /// The plausible effects on top of `reduced` that come near `model`, which has another.
+    fn alternatives(&mut self, reduced: &Model, model: &Model) -> Result<Alternatives> {
         if let Some(known) = self.refits.get(&names(reduced.structure())) {
             return Ok(known.clone());
         }
@@ -772,7 +795,10 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         let allowed = |one: &Effect| self.allowed.ever(one);
         match Screening::new(self.evidence, reduced, &allowed) {
-            Some(screening) => self.refit(reduced, &screening, Round::default()),
+            Some(screening) => {
+                let most = IS_A_RIVAL * self.evidence.cost(&model.problem);
+                self.refit(reduced, &screening, Round::default(), most)
+            }
             None => Ok(Vec::new()),
         }
     }
@@ -787,7 +813,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         let Some(reduced) = self.evidence.without(model, effect) else {
             return Ok(None);
         };
-        let mut rivals = self.alternatives(&reduced)?;
+        let mut rivals = self.alternatives(&reduced, model)?;
         take_in(&mut rivals, self.instead(model, order, effect));
         rivals.retain(|(other, _)| *other != effect);
         Ok(Some((reduced, rivals)))
@@ -811,7 +837,8 @@ impl<'a, 'b> Selection<'a, 'b> {
             let start: Vec<Parameter> = own.chain(&model.problem.parameters).cloned().collect();
             (*other, self.evidence.problem(&structure, &start))
         });
-        let begun = begun(self.evidence, starts.collect());
+        let most = IS_A_RIVAL * self.evidence.cost(&model.problem);
+        let begun = near(begun(self.evidence, starts.collect()), most);
         to_the_end(self.evidence, least_costly(begun, FOLLOWED, 1))
     }
 

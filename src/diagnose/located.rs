@@ -19,6 +19,7 @@ use crate::model::base::servo_valve::SPOOL_GAIN;
 use crate::model::effects::{Effect, Port};
 use crate::model::{Complete, Drive, Hold, Output, Outputs, Parameter, ServoValve, Structure};
 use crate::search::polish_on_data;
+use rayon::prelude::*;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::collections::BTreeMap;
@@ -227,8 +228,12 @@ impl<'a> Cut<'a> {
     }
 
     fn place(&self) -> Option<(Located, Vec<Parameter>)> {
-        let spool = self.spool()?;
-        let located = place_of(&spool, &self.path()?, &self.chain()?)?;
+        let ((spool, path), chain) = rayon::join(
+            || rayon::join(|| self.spool(), || self.path()),
+            || self.chain(),
+        );
+        let spool = spool?;
+        let located = place_of(&spool, &path?, &chain?)?;
         Some((located, spool.fitted))
     }
 
@@ -275,7 +280,7 @@ impl<'a> Cut<'a> {
         // The fit of all that is measured may have come to rest in what is no valley of the spool.
         let alone = self.alone.filter(|_| output == Output::Spool);
         let data = Arc::new(Data::Series(fit));
-        let begun = [Some(self.fitted), alone].into_iter().flatten();
+        let begun = [Some(self.fitted), alone].into_par_iter().flatten();
         let fits = begun.filter_map(|begun| {
             let mut problem = Problem {
                 data: data.clone(),

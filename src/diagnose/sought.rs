@@ -42,6 +42,14 @@ pub(super) fn least_costly(
     kept
 }
 
+/// Those of what was `begun` that cost less than `most`, and the one that costs least.
+pub(super) fn near(mut begun: Vec<(Effect, Begun)>, most: f64) -> Vec<(Effect, Begun)> {
+    let costs = begun.iter().map(|(_, one)| one.cost);
+    let least = costs.fold(f64::INFINITY, f64::min);
+    begun.retain(|(_, one)| one.cost < most || one.cost <= least);
+    begun
+}
+
 /// The `starts` polished to the end.
 pub(super) fn to_the_end(
     evidence: &Evidence,
@@ -75,4 +83,27 @@ pub(super) fn around(parameter: &mut Parameter, factor: f64) {
     };
     parameter.low = parameter.low.max(low);
     parameter.high = parameter.high.min(high);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluate::workload;
+
+    #[test]
+    fn what_is_near_costs_less_than_a_limit_or_least_of_all() {
+        let effect = "delay".parse::<Effect>().unwrap();
+        let begun = |cost: f64| {
+            let problem = workload::actuator(2);
+            (effect, Begun { problem, cost })
+        };
+        let kept = |most: f64| {
+            let near = near([3.0, 1.0, 7.0].map(begun).to_vec(), most);
+            near.iter().map(|(_, one)| one.cost).collect::<Vec<_>>()
+        };
+        assert_eq!(kept(f64::INFINITY), [3.0, 1.0, 7.0]);
+        assert_eq!(kept(5.0), [3.0, 1.0]);
+        assert_eq!(kept(0.5), [1.0]);
+        assert!(near(Vec::new(), 5.0).is_empty());
+    }
 }

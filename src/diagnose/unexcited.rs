@@ -43,6 +43,8 @@ pub struct Unexcited {
 const FOLLOWED: f64 = NEAR * NEAR;
 /// What the cost of the fitted rows may rise by when parameters move within what these rows allow: three standard deviations.
 const SURE: f64 = 0.9973;
+/// So many times that after one step are more than further ones take back.
+const FAR_BEYOND: f64 = 10.0;
 
 /// What the held-out rows have set.
 pub(super) struct Set {
@@ -113,11 +115,23 @@ fn sharpened(
         ..problem.clone()
     };
     let mut stoppable = Stoppable::new(&all, interrupt);
-    let sharper = polish(&mut stoppable, &free, values, options).ok()?.values;
+    let mut moved = |from: &[f64], options: &PolishOptions| {
+        let polished = polish(&mut stoppable, &free, from, options);
+        polished.ok().map(|polished| polished.values)
+    };
     let chance = ChiSquared::new(free.len() as f64).expect("there are free parameters");
-    let allowed = cost * (1.0 + chance.inverse_cdf(SURE) / rows);
-    let nearer = reference::cost_up_to(problem, &sharper, allowed).is_some();
-    (nearer && reference::cost(held, &sharper)? < held_cost).then_some(sharper)
+    let allowed = chance.inverse_cdf(SURE) / rows;
+    let allows = |values: &[f64], rise: f64| {
+        reference::cost_up_to(problem, values, cost * (1.0 + rise)).is_some()
+    };
+    // A model that is wrong shows it by its first step.
+    let first = PolishOptions {
+        max_iterations: 1,
+        ..*options
+    };
+    let begun = moved(values, &first).filter(|begun| allows(begun, FAR_BEYOND * allowed))?;
+    let sharper = moved(&begun, options).filter(|sharper| allows(sharper, allowed))?;
+    (reference::cost(held, &sharper)? < held_cost).then_some(sharper)
 }
 
 /// All parameters, moved within what the fitted rows allow to follow the held-out ones, and that one which moved by the largest

@@ -249,16 +249,15 @@ enum Vectors {
 }
 
 impl Vectors {
-    /// Those that are best for derivatives with respect to `count` parameters. Where vectors are long there are also twice as many
-    /// registers for them; but of short ones a servo valve alone has loops of its own.
+    /// Those that are best for derivatives with respect to `count` parameters: long ones where one pass over records in short ones has no
+    /// room for all of them.
     fn of(problem: &Problem, count: usize) -> Self {
         let Some(short) = short_vectors() else {
             return Self::None;
         };
         let in_time = matches!(&*problem.data, Data::Series(_));
-        let alone = problem.structure.is_servo_valve_alone();
-        let few = alone && count <= Dual::<ShortVectors>::COUNT;
-        match long_vectors().filter(|_| in_time && !few) {
+        let many = count > Dual::<ShortVectors>::COUNT;
+        match long_vectors().filter(|_| in_time && many) {
             Some(long) => Self::Long(long),
             None => Self::Short(short),
         }

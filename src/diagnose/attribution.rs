@@ -32,9 +32,9 @@ const PLAUSIBLE: f64 = 0.25;
 const REFITTED: (usize, usize) = (8, 4);
 /// Most effects that are polished to the end in a round after the first, in the place of another, or with other poles.
 const FOLLOWED: usize = 6;
-/// A few steps lead to this many times the cost of the model that is to be improved at most where more of them help, and to this many
-/// times that of a model that is to be outdone.
+/// A few steps lead to this many times the cost of the model that is to be improved at most where more of them help.
 const LEADS_SOMEWHERE: f64 = 1.1;
+/// The same of a model that is to be outdone. Of those that were seen to do that, or to be tied with it, none ended above 1.5 times.
 const IS_A_RIVAL: f64 = 2.0;
 /// Where no effect that promises something brings the held-out cost below this, all are searched for: what the base model's
 /// fit has come to rest in may hide what is missing.
@@ -479,7 +479,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         if first {
             // Where the best so far shows how to begin again, better ones are sought then.
-            let best = self.best(model, &models);
+            let best = self.evidence.best(&self.worthy(model, &models)).cloned();
             let best = best.map(|best| self.evidence.released(&best).unwrap_or(best));
             self.again = best.and_then(|best| self.begin_again(&best, first));
             if self.again.is_some() {
@@ -503,11 +503,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         }
         // What is compared with this model later knows them, too.
         self.refits.insert(names(model.structure()), models.clone());
-        let accepted: Vec<&Model> = models
-            .iter()
-            .map(|(_, one)| one)
-            .filter(|one| self.worth(model, one))
-            .collect();
+        let accepted = self.worthy(model, &models);
         let best = self.evidence.best(&accepted).cloned();
         let chosen = best.iter().flat_map(|best| {
             let new = |effect: &&Effect| !model.structure().effects.contains(effect);
@@ -539,8 +535,7 @@ impl<'a, 'b> Selection<'a, 'b> {
         let lowers =
             |before: &Model, after: &Model| self.evidence.lowers(self.excess, before, after);
         let (sensors, all) = with_sensors(self.evidence, model, allowed, lowers)?;
-        let worthy = models.iter().map(|(_, one)| one);
-        let worthy = worthy.filter(|one| self.worth(model, one));
+        let worthy = self.worthy(model, models).into_iter();
         let among: Vec<&Model> = worthy.chain([&all]).collect();
         let best = self.evidence.best(&among);
         best.is_some_and(|best| std::ptr::eq(best, &all))
@@ -603,19 +598,16 @@ impl<'a, 'b> Selection<'a, 'b> {
         Ok(models)
     }
 
-    /// The best of those of `models` that are worth the effect that they have more than `model`.
-    fn best(&self, model: &Model, models: &[(Effect, Model)]) -> Option<Model> {
+    /// Those of `models` that are worth the effect that they have more than `model`.
+    fn worthy<'m>(&self, model: &Model, models: &'m [(Effect, Model)]) -> Vec<&'m Model> {
         let models = models.iter().map(|(_, one)| one);
-        let accepted: Vec<&Model> = models.filter(|one| self.worth(model, one)).collect();
-        self.evidence.best(&accepted).cloned()
+        models.filter(|one| self.worth(model, one)).collect()
     }
 
     /// The least held-out cost of `model` and of those of `models` that are worth their effect, and whether none is.
     fn left(&self, model: &Model, models: &[(Effect, Model)]) -> (f64, bool) {
-        let worthy = models.iter().filter(|(_, one)| self.worth(model, one));
-        let least = worthy
-            .map(|(_, one)| one.loss(Side::HoldOut))
-            .reduce(f64::min);
+        let worthy = self.worthy(model, models).into_iter();
+        let least = worthy.map(|one| one.loss(Side::HoldOut)).reduce(f64::min);
         (least.unwrap_or(model.loss(Side::HoldOut)), least.is_none())
     }
 
